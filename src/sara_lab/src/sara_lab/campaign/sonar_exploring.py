@@ -8,8 +8,7 @@ from pathlib import Path
 
 from sara_lab.campaign.exploring import AT_HOME
 from sara_lab.campaign.part import Figures, Part, spread
-from sara_lab.campaign.sonar_mapping import faults
-from sara_lab.judge.passed_walls import MapErrors
+from sara_lab.campaign.sonar_mapping import errors_row, faults
 from sara_lab.studies.draw_maps import draw
 from sara_lab.studies.sonar_drives import MAPS
 from sara_lab.studies.sonar_explored import LIMIT_S, SonarExplored, explored
@@ -71,16 +70,11 @@ def _summary(results):
         of = [result for result in results if result['map'] == name]
         if not of:
             continue
-        errors = [MapErrors(**result['errors']) for result in of]
-        keys = ('pose_rms', 'median', 'p95', 'mapped', 'false')
         row = {
             'chairs': len(of),
             'good': sum(not result['faults'] for result in of),
             **{key: spread([result[key] for result in of]) for key in ('seconds', 'way', 'heard')},
-            **{key: spread([getattr(error, key) for error in errors]) for key in keys},
-            'least_mapped': min(error.mapped for error in errors),
-            'doors': sum(error.doors for error in errors),
-            'shut': sum(error.shut for error in errors),
+            **errors_row([result['errors'] for result in of]),
             'contacts': sum(result['contacts'] for result in of),
         }
         figures[name] = row

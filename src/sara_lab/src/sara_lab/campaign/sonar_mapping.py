@@ -2,6 +2,7 @@
 grids of arcs on the same drives.
 """
 
+from collections.abc import Sequence
 from pathlib import Path
 
 from sara_lab.campaign.part import Figures, Part, spread
@@ -60,6 +61,15 @@ def faults(errors: MapErrors) -> list[str]:
     return found
 
 
+def errors_row(errors: Sequence[dict]) -> Figures:
+    """Figures of the MapErrors (plain data) of some maps."""
+    return {
+        **{key: spread([one[key] for one in errors]) for key in ('pose_rms', 'median', 'p95', 'mapped', 'false')},
+        'least_mapped': min(one['mapped'] for one in errors),
+        **{key: sum(one[key] for one in errors) for key in ('doors', 'shut')},
+    }
+
+
 def _summary(results):
     lines = [
         f'{"map":8} {"by":5} {"maps":>4} {"good":>4} {"pose m":>6} {"worst":>6} {"median m":>8} {"p95 m":>6} '
@@ -69,11 +79,8 @@ def _summary(results):
     for name in MAPS:
         of = [result for result in results if result['map'] == name]
         for how in HOW if of else ():
-            keys = ('pose_rms', 'median', 'p95', 'mapped', 'false')
-            row = {key: spread([result[how][key] for result in of]) for key in keys}
+            row = errors_row([result[how] for result in of])
             row['heard'] = spread([result['heard'] for result in of])
-            row['least_mapped'] = min(result[how]['mapped'] for result in of)
-            row.update({key: sum(result[how][key] for result in of) for key in ('doors', 'shut')})
             row['good'] = sum(not faults(MapErrors(**result[how])) for result in of)
             figures[f'{name}_{how}'] = {'maps': len(of), **row}
             lines.append(

@@ -15,10 +15,8 @@ from sara_bringup.lockstep.ranges import mountings
 from sara_common.paths import merged
 from sara_common.planar import compose
 from sara_common.platforms import chosen, parameters
-from sara_lab.journeys.travel_cases import grid_of
-from sara_lab.judge.passed_walls import judged
 from sara_lab.studies.explored import Exploration
-from sara_lab.studies.sonar_trial import Made, true_poses
+from sara_lab.studies.sonar_trial import Made, made_by
 from sara_lab.studies.wandering import Ear, Recording
 from sara_nav.planners.planning import path_length
 from sara_slam.exploring.explorer import State
@@ -107,10 +105,7 @@ class SonarExploration(Exploration):
         ear, slam, chair = self.known.ear, self.slam, self.lockstep.chair
         poses = np.array(ear.poses)
         drive = Recording(poses, np.array(ear.ranges), tuple(ear.sensors), path_length(poses[:, 5:7]))
-        solved = slam.solved()
-        grid, true = slam.map(solved), true_poses(drive, np.array(slam.stamps))
-        places = solved.poses[:, :2]
-        made = Made(grid, places, judged(grid, places, grid_of(name), true))
+        made, _ = made_by(slam, drive, name)
         return SonarExplored(drive, made, self.said, self.explorer.state, seconds, self.off_home, chair.contacts)
 
 

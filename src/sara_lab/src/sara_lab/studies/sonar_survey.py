@@ -12,11 +12,14 @@ from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import dijkstra
 
 from sara_bringup.lockstep.ranges import mountings
-from sara_common.planar import wrap
+from sara_common.planar import Pose2D, wrap
 from sara_common.platforms import chosen
 from sara_lab.judge.heard_walls import HeardWalls
 from sara_lab.judge.passed_walls import SeenWalls
 from sara_nav.maps.map_io import FREE, GridMap
+from sara_slam.exploring.cones import sensors_at
+from sara_slam.exploring.frontiers import cells_of
+from sara_slam.exploring.survey import seconds_to
 
 Pose = tuple[float, float, float]
 
@@ -36,8 +39,6 @@ LEAST = 0.15
 """m of wall for which a place is driven to."""
 AHEAD, DETOUR = 3.0, 0.1
 """m up to which a straight way counts by what is heard on it; that it may be longer than straight."""
-SPEED, TURN_RATE, STOP_S = 0.3, 0.4, 4.0
-"""m/s, rad/s, s by which ways, turns and stops are weighed."""
 
 
 class Survey:
@@ -86,10 +87,7 @@ class Survey:
     def _heard_from(self, poses):
         """Sparse (poses, cells): 1 where a wall beside that free cell is heard."""
         g, count = self._grid.geometry, len(self._mounts)
-        c, s = np.cos(poses[:, 2:3]), np.sin(poses[:, 2:3])
-        mx, my, axis = self._mounts.T
-        x, y = poses[:, 0:1] + c * mx - s * my, poses[:, 1:2] + s * mx + c * my
-        sensors = np.stack((x, y, poses[:, 2:3] + axis), -1).reshape(-1, 3)
+        sensors = sensors_at(poses[:, None], self._mounts).reshape(-1, 3)
         places, sensor = self._walls.heard(sensors)
         back = sensors[sensor, :2] - places
         places = places + 0.3 * g.resolution * back / np.hypot(*back.T)[:, None]
@@ -101,8 +99,8 @@ class Survey:
     def _cells(self, places):
         """(n,) numbers of the cells at places (n, 2)."""
         g = self._grid.geometry
-        column, row = ((places - (g.origin_x, g.origin_y)) / g.resolution).astype(int).T
-        return row.clip(0, g.height - 1) * g.width + column.clip(0, g.width - 1)
+        columns, rows = cells_of(places, g)
+        return rows.clip(0, g.height - 1) * g.width + columns.clip(0, g.width - 1)
 
     def hear(self, pose: Pose) -> None:
         """The chair is at a pose (x, y, yaw)."""
@@ -131,15 +129,11 @@ class Survey:
 
     def _journeys(self, pose):
         """(stands,) m along rows and columns, and s, from a pose to each."""
-        g, (x, y, heading) = self._grid.geometry, self.stands.T
+        g = self._grid.geometry
         column, row = g.to_cell(*pose[:2])
         from_here = dijkstra(self._graph, indices=row * g.width + column) * g.resolution
-        columns, rows = ((self.stands[:, :2] - (g.origin_x, g.origin_y)) / g.resolution).astype(int).T
-        way = from_here[rows * g.width + columns]
-        bearing = np.arctan2(y - pose[1], x - pose[0])
-        about = np.abs(wrap(bearing - pose[2])) + np.abs(wrap(heading - bearing))
-        turns = np.where(way > g.resolution, about, np.abs(wrap(heading - pose[2])))
-        return way, way / SPEED + turns / TURN_RATE + STOP_S
+        way = from_here[self._cells(self.stands[:, :2])]
+        return way, seconds_to(self.stands, way, Pose2D(*pose), g.resolution)
 
     def _on_the_way(self, pose, straight, left):
         """(stands,) what is heard on the way to those of them that are straight ahead of a pose is worth, of `left`."""

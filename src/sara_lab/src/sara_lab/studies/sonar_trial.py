@@ -19,6 +19,7 @@ from sara_lab.studies import arc_grid, sonar_drives
 from sara_lab.studies.kept_arrays import arrays_of, kept_arrays, map_of
 from sara_lab.studies.wandering import Recording
 from sara_nav.maps.map_io import GridMap
+from sara_slam.exploring.cones import sensors_at
 from sara_slam.sonar.sonar_config import SonarConfig
 from sara_slam.sonar.sonar_slam import SonarSlam
 from sara_slam.sonar.wall_graph import Solved
@@ -69,22 +70,30 @@ def _true_sensors(drive):
     poses, taken = drive.poses, drive.ranges[:, 1] - SonarConfig().range_delay
     mounts = np.array([mountings(chosen())[name] for name in drive.sensors])[drive.ranges[:, 2].astype(int)]
     x, y, yaw = (np.interp(taken, poses[:, 1], of) for of in (*poses[:, 5:7].T, np.unwrap(poses[:, 7])))
-    c, s = np.cos(yaw), np.sin(yaw)
-    mx, my, axis = mounts.T
-    return np.stack((x + c * mx - s * my, y + s * mx + c * my, wrap(yaw + axis)), 1)
+    sensors = sensors_at(np.stack((x, y, yaw), 1), mounts)
+    sensors[:, 2] = wrap(sensors[:, 2])
+    return sensors
 
 
 def made_of(name: str, drive: Recording) -> tuple[Made, Made]:
     """What a drive on a map came to: by walls as lines, and by arcs on the odometry as it is."""
     slam = replayed(drive, SonarConfig.of())
-    solved, true = slam.solved(), true_poses(drive, np.array(slam.stamps))
-    grid, nodes = slam.map(solved), np.array(slam.nodes)
+    lines, _ = made_by(slam, drive, name)
+    nodes = np.array(slam.nodes)
     sensors = np.array([compose(slam.nodes[kept.node], kept.sensor) for kept in slam.kept])
     arcs = arc_grid.draw(sensors, np.array([kept.range for kept in slam.kept]), slam.config.field_of_view)
-    return tuple(
-        Made(made, places[:, :2], judged(made, places[:, :2], grid_of(name), true))
-        for made, places in ((grid, solved.poses), (arcs, nodes))
-    )
+    return lines, _judged(arcs, nodes, slam, drive, name)
+
+
+def made_by(slam: SonarSlam, drive: Recording, name: str) -> tuple[Made, Solved]:
+    """The map by lines of a map builder that has heard a drive on a map, and what it is drawn of."""
+    solved = slam.solved()
+    return _judged(slam.map(solved), solved.poses, slam, drive, name), solved
+
+
+def _judged(grid, poses, slam, drive, name):
+    places = poses[:, :2]
+    return Made(grid, places, judged(grid, places, grid_of(name), true_poses(drive, np.array(slam.stamps))))
 
 
 def laid(solved: Solved, pose: Pose) -> Solved:
@@ -104,8 +113,7 @@ def kept_map(name: str, number: int, folder: Path) -> GridMap:
     def make():
         drive = sonar_drives.kept(name, number, folder / 'sonar_drives')
         slam = replayed(drive, SonarConfig.of())
-        solved, true = slam.solved(), true_poses(drive, np.array(slam.stamps))
-        errors = judged(slam.map(solved), solved.poses[:, :2], grid_of(name), true)
-        return arrays_of(slam.map(laid(solved, errors.pose)))
+        made, solved = made_by(slam, drive, name)
+        return arrays_of(slam.map(laid(solved, made.errors.pose)))
 
     return map_of(kept_arrays(folder / f'sonar_made_{name}_{number}.npz', make))

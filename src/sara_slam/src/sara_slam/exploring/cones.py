@@ -90,6 +90,15 @@ def borders_heard(cells: Cells, sensors: np.ndarray, span: Span, places: np.ndar
                 places[n, ray] = -1
 
 
+def sensors_at(poses: np.ndarray, mounts: np.ndarray) -> np.ndarray:
+    """(..., 3): x, y, axis (m, rad, not wrapped) of sensors at mounts (..., 3) of robots at poses (..., 3), broadcast
+    against each other.
+    """
+    (x, y, yaw), (mx, my, axis) = np.moveaxis(poses, -1, 0), np.moveaxis(mounts, -1, 0)
+    c, s = np.cos(yaw), np.sin(yaw)
+    return np.stack((x + c * mx - s * my, y + s * mx + c * my, yaw + axis), -1)
+
+
 def warm() -> None:
     """Compile, or load from the cache, the kernel for the types it is called with."""
     flat = np.zeros((3, 3), np.float32)

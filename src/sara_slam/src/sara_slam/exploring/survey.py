@@ -18,7 +18,17 @@ from sara_nav.costmaps.costmap import Costmap
 from sara_nav.grids.grid import FREE, INSCRIBED, UNKNOWN
 from sara_nav.planners.planning import PlanError
 from sara_slam.exploring.choice import Choice, Planner
-from sara_slam.exploring.cones import FREE_CELL, RAYS, UNKNOWN_CELL, WALL_CELL, Cells, Span, borders_heard, warm
+from sara_slam.exploring.cones import (
+    FREE_CELL,
+    RAYS,
+    UNKNOWN_CELL,
+    WALL_CELL,
+    Cells,
+    Span,
+    borders_heard,
+    sensors_at,
+    warm,
+)
 from sara_slam.exploring.frontiers import Frontier, cells_of
 from sara_slam.exploring.viewpoints import Surroundings
 
@@ -34,6 +44,8 @@ LEAST = 0.25
 """m of border for which a place is driven to."""
 SPEED, TURN_RATE, STOP_S = 0.3, 0.4, 4.0
 """m/s, rad/s, s by which ways, turns and stops are weighed."""
+THERE = 0.1
+"""m up to which a place is where the robot is."""
 GIVEN_UP = 0.1
 """Share of a frontier's cells down to which something is expected of it."""
 LEFT = 0.2
@@ -151,7 +163,7 @@ class Survey:
         places, far = self._heard(stands)
         spread = self._sensors[:, 3:] * (2.0 / (RAYS - 1))
         gain = (np.where(places >= 0, expected.ravel()[places.clip(0)], 0.0) * far * spread).sum((1, 2))
-        rate = np.where(gain >= LEAST, gain / _seconds(stands, ways, start), 0.0)
+        rate = np.where(gain >= LEAST, gain / seconds_to(stands, ways, start, THERE), 0.0)
         for pose in self._tried:
             off = np.hypot(stands[:, 0] - pose.x, stands[:, 1] - pose.y)
             rate[(off < SAME_M) & (np.abs(wrap(stands[:, 2] - pose.yaw)) < SAME_RAD)] = 0.0
@@ -179,21 +191,20 @@ class Survey:
 
     def _heard(self, poses):
         """Of poses (n, 3): see borders_heard, (n, m, RAYS) each."""
-        c, s = np.cos(poses[:, 2:3]), np.sin(poses[:, 2:3])
-        mx, my, axis, half = self._sensors.T
-        x, y = poses[:, 0:1] + c * mx - s * my, poses[:, 1:2] + s * mx + c * my
-        sensors = np.stack((x, y, poses[:, 2:3] + axis, 0.0 * x + half), -1).reshape(-1, 4)
+        placed = sensors_at(poses[:, None], self._sensors[:, :3])
+        half = np.broadcast_to(self._sensors[:, 3], placed.shape[:2])
+        sensors = np.concatenate((placed, half[..., None]), -1).reshape(-1, 4)
         places, far = np.empty((len(sensors), RAYS), np.int32), np.empty((len(sensors), RAYS), np.float32)
         borders_heard(self._cells, sensors, self._span, places, far)
         shape = len(poses), len(self._sensors), RAYS
         return places.reshape(shape), far.reshape(shape)
 
 
-def _seconds(stands, ways, start):
-    """(n,) s from a pose to each of stands (n, 3), by ways (n,) m."""
+def seconds_to(stands: np.ndarray, ways: np.ndarray, start: Pose2D, there: float) -> np.ndarray:
+    """(n,) s from a pose to each of stands (n, 3), by ways (n,) m; up to `there`, m, it turns on the spot alone."""
     bearing = np.arctan2(stands[:, 1] - start.y, stands[:, 0] - start.x)
     about = np.abs(wrap(bearing - start.yaw)) + np.abs(wrap(stands[:, 2] - bearing))
-    turns = np.where(ways > 0.1, about, np.abs(wrap(stands[:, 2] - start.yaw)))
+    turns = np.where(ways > there, about, np.abs(wrap(stands[:, 2] - start.yaw)))
     return ways / SPEED + turns / TURN_RATE + STOP_S
 
 
