@@ -60,7 +60,7 @@ aptly update
 within 'useradd --home-dir /tmp/home rider'
 
 echo "== deb_check: sara-localization alone"
-put "$(cd "$root/tmp/debs" && printf '/tmp/debs/%s ' sara-{localization,robot-localization,geographic-msgs,common,ahead-of-time,python}_*.deb)"
+put "$(cd "$root/tmp/debs" && printf '/tmp/debs/%s ' sara-{localization,robot-localization,geographic-msgs,common,description,ahead-of-time,python}_*.deb)"
 cat >"$root/tmp/filter" <<'END'
 source /opt/sara/setup.bash
 rosrun sara_localization filter_bag /tmp/in.bag /tmp/home/out.bag --params /tmp/in.yaml --csv /tmp/home/out.csv "$@"
