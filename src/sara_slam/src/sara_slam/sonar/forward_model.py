@@ -6,14 +6,13 @@ models", 2003).
 from __future__ import annotations
 
 import math
-from itertools import chain
 from typing import NamedTuple
 
 import numpy as np
 from scipy.spatial import cKDTree
 
+from ahead_of_time import kernel
 from sara_slam.sonar.sonar_config import SonarConfig
-from sara_slam.sonar.wall_filter import cos_sin
 
 NEARER = 0.08
 """m by which a reading must be longer to look through."""
@@ -23,8 +22,6 @@ THROUGH = 0.3
 """Readings that looked through a piece, for each that was of it, from which on it is not there."""
 SIDE = 0.12
 """m from a sensor, or from what it may hear, from which on a wall hides that."""
-AT_ONCE = 1000
-"""Readings that are compared with pieces together."""
 INSIDE = 0.02
 """m inside the body's outline, where nothing can stand although poses are a little off."""
 
@@ -63,34 +60,41 @@ class Glances(NamedTuple):
 
 
 def glances(config: SonarConfig, heard: Heard, pieces: np.ndarray) -> Glances:
-    """Of pieces (n, 4); a normal of 0, 0 answers all round."""
+    """Of pieces (n, 4 or more); a normal of 0, 0 answers all round."""
     half, steepest = 0.5 * config.field_of_view - EDGE, math.cos(config.steepest - EDGE)
     reach = np.minimum(heard.ranges, config.range_max_range) - NEARER
-    found = [(np.empty(0, int),) * 2]
-    for piece, reading in _within(heard, reach, pieces):
-        off, facing, _ = _seen(heard.sensors[reading], pieces[piece])
-        answers = (facing > steepest) | ((pieces[piece, 2] == 0.0) & (pieces[piece, 3] == 0.0))
-        through = (off < half) & answers
-        found.append((piece[through], reading[through]))
-    return Glances(*(np.concatenate(numbers) for numbers in zip(*found)))
+    return Glances(*_glances(heard.sensors, reach, np.ascontiguousarray(pieces[:, :4]), half, steepest))
 
 
-def _within(heard, reach, pieces):
-    """For some readings at a time: numbers of pieces within their reach, and of the readings."""
-    tree, used = cKDTree(pieces[:, :2]), np.flatnonzero(reach > 0.1)
-    for some in np.array_split(used, len(used) // AT_ONCE + 1):
-        near = tree.query_ball_point(heard.sensors[some, :2], reach[some], return_sorted=True)
-        count = [len(numbers) for numbers in near]
-        yield np.fromiter(chain.from_iterable(near), int, sum(count)), np.repeat(some, count)
+@kernel
+def _glances(sensors, reach, pieces, half, steepest):
+    """Numbers (k,) of pieces and of readings, in the order of those."""
+    found, count = np.empty((2, 1024), np.int64), 0
+    for reading in range(len(sensors)):
+        if reach[reading] <= 0.1:
+            continue
+        x, y, axis = sensors[reading]
+        c, s = math.cos(axis), math.sin(axis)
+        most = reach[reading] ** 2
+        for piece in range(len(pieces)):
+            px, py, nx, ny = pieces[piece]
+            if (px - x) ** 2 + (py - y) ** 2 > most or not (-(nx * c + ny * s) > steepest or nx == ny == 0.0):
+                continue
+            if _off_axis(px - x, py - y, axis) >= half:
+                continue
+            if count == found.shape[1]:
+                more = np.empty((2, 2 * count), np.int64)
+                more[:, :count] = found
+                found = more
+            found[0, count], found[1, count] = piece, reading
+            count += 1
+    return found[0, :count].copy(), found[1, :count].copy()
 
 
-def _seen(sensors, pieces):
-    """Of pieces that sensors look at, one by one: rad off the axis, cosine between axis and normal, m away."""
-    x, y = np.ascontiguousarray((pieces[:, :2] - sensors[:, :2]).T)
-    axis = sensors[:, 2]
-    c, s = cos_sin(axis)
-    off = np.abs((np.arctan2(y, x) - axis + math.pi) % (2.0 * math.pi) - math.pi)
-    return off, -(pieces[:, 2] * c + pieces[:, 3] * s), np.hypot(x, y)
+@kernel
+def _off_axis(x, y, axis):
+    """rad between the way (x, y) and an axis."""
+    return abs((math.atan2(y, x) - axis + math.pi) % (2.0 * math.pi) - math.pi)
 
 
 def looked_through(
@@ -113,28 +117,62 @@ def in_sight(config: SonarConfig, eyes: np.ndarray, places: np.ndarray, before: 
     high = np.floor(np.maximum(before[:, :2].max(0), np.maximum(eyes.max(0), places.max(0))) / size).astype(int)
     stands = np.zeros(high - low + 1, bool)
     stands[tuple((np.floor(before[:, :2] / size).astype(int) - low).T)] = True
-    way = places - eyes
-    far = np.hypot(*way.T)
-    alive = np.arange(len(eyes))
-    for distance in np.arange(SIDE, config.range_max_range, 0.5 * size).tolist():
-        alive = alive[far[alive] > distance + SIDE]
-        at = eyes[alive] + way[alive] * (distance / far[alive])[:, None]
-        hit = stands[tuple((np.floor(at / size).astype(int) - low).T)]
-        clear[alive[hit]] = False
-        alive = alive[~hit]
+    distances = np.arange(SIDE, config.range_max_range, 0.5 * size)
+    steps = Steps(size, low[0], low[1], distances)
+    _hidden(stands, np.ascontiguousarray(eyes), np.ascontiguousarray(places), steps, clear)
     return clear
+
+
+class Steps(NamedTuple):
+    """Of a grid: m per cell, its lowest column and row; and m from an eye at which is looked."""
+
+    size: float
+    column: int
+    row: int
+    distances: np.ndarray
+
+
+@kernel
+def _hidden(stands, eyes, places, steps, clear):
+    """Put False into clear (n,) where a cell of stands lies between an eye and a place, (n, 2) each, m."""
+    for n in range(len(eyes)):
+        x, y = eyes[n, 0], eyes[n, 1]
+        dx, dy = places[n, 0] - x, places[n, 1] - y
+        far = math.hypot(dx, dy)
+        for distance in steps.distances:
+            if far <= distance + SIDE:
+                break
+            share = distance / far
+            column = int(math.floor((x + dx * share) / steps.size)) - steps.column
+            row = int(math.floor((y + dy * share) / steps.size)) - steps.row
+            if stands[column, row]:
+                clear[n] = False
+                break
 
 
 def unexplained(config: SonarConfig, heard: Heard, pieces: np.ndarray) -> Heard:
     """The echoes that no piece of a wall accounts for."""
     rest = (heard.ranges >= config.range_min_range) & (heard.ranges <= config.range_max_range)
     half, steepest = 0.5 * config.field_of_view + EDGE, math.cos(config.steepest + EDGE)
-    reach = np.where(rest, heard.ranges + NEARER, 0.0)
-    for piece, reading in _within(heard, reach, pieces) if len(pieces) else ():
-        off, facing, away = _seen(heard.sensors[reading], pieces[piece])
-        of = (np.abs(away - heard.ranges[reading]) < NEARER) & (off < half) & (facing > steepest)
-        rest[reading[of]] = False
+    _explain(heard.sensors, heard.ranges, pieces, half, steepest, rest)
     return Heard(heard.sensors[rest], heard.ranges[rest])
+
+
+@kernel
+def _explain(sensors, ranges, pieces, half, steepest, rest):
+    """Put False into rest (n,) where a reading is of a piece."""
+    for reading in range(len(sensors)):
+        x, y, axis = sensors[reading]
+        c, s = math.cos(axis), math.sin(axis)
+        nearest, most = max(ranges[reading] - NEARER, 0.0) ** 2, (ranges[reading] + NEARER) ** 2
+        for piece in range(len(pieces) if rest[reading] else 0):
+            px, py, nx, ny = pieces[piece]
+            far = (px - x) ** 2 + (py - y) ** 2
+            if far <= nearest or far >= most or -(nx * c + ny * s) <= steepest:
+                continue
+            if _off_axis(px - x, py - y, axis) < half:
+                rest[reading] = False
+                break
 
 
 def driven_over(config: SonarConfig, poses: np.ndarray, places: np.ndarray) -> np.ndarray:
@@ -149,3 +187,12 @@ def driven_over(config: SonarConfig, poses: np.ndarray, places: np.ndarray) -> n
         c, s = math.cos(yaw), math.sin(yaw)
         under[near[(np.abs(c * dx + s * dy) < half[0]) & (np.abs(c * dy - s * dx) < half[1])]] = True
     return under
+
+
+def warm() -> None:
+    """Compile, or load from the cache, the kernels for the types they are called with."""
+    one = np.zeros((1, 2))
+    _hidden(np.zeros((1, 1), bool), one, one, Steps(0.05, 0, 0, np.zeros(1)), np.ones(1, bool))
+    sensors, pieces = np.zeros((1, 3)), np.zeros((1, 4))
+    _glances(sensors, np.ones(1), pieces, 0.5, 0.5)
+    _explain(sensors, np.ones(1), pieces, 0.5, 0.5, np.ones(1, bool))
