@@ -79,7 +79,19 @@ def test_published_scale():
     assert (np.diff(scaled[1:253].astype(int)) >= 0).all()
 
 
+def test_unknown_cells_near_free_ones_can_be_taken_for_free():
+    costs = np.full((7, 9), cm.UNKNOWN, np.uint8)
+    costs[3, 2], costs[3, 5] = cm.FREE, cm.LETHAL
+    found = cm.freed(costs, 0.1, 0.2)
+    rows, columns = np.nonzero(found == cm.FREE)
+    near = np.hypot(*(np.mgrid[:7, :9] - np.array([3, 2])[:, None, None])) <= 2.0
+    assert set(zip(rows, columns)) == set(zip(*np.nonzero(near)))
+    assert found[3, 5] == cm.LETHAL and (costs == cm.FREE).sum() == 1
+    assert (cm.freed(np.full((3, 3), cm.UNKNOWN, np.uint8), 0.1, 0.2) == cm.UNKNOWN).all()
+
+
 def test_bad_settings_are_named():
+    assert 'free_margin' in cm.StaticLayerConfig(free_margin=-0.1).faults()[0]
     assert 'inflation_radius' in cm.InflationConfig(inflation_radius=-1.0).faults()[0]
     assert 'cost_scaling_factor' in cm.InflationConfig(cost_scaling_factor=math.nan).faults()[0]
     assert 'lethal_cost_threshold' in cm.StaticLayerConfig(lethal_cost_threshold=0).faults()[0]

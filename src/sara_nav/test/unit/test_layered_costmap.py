@@ -84,6 +84,22 @@ def test_computing_what_changed_gives_what_computing_everything_gives(seed, roll
         assert (found == everything_anew(costmap, float(step), pose)).all()
 
 
+@pytest.mark.parametrize('rolling', [False, True])
+def test_a_free_margin_holds_for_maps_and_their_updates(rolling):
+    layer = StaticLayer('static', StaticLayerConfig(free_margin=0.25))
+    costmap = make([layer], rolling_window=rolling)
+    values = np.full((40, 60), -1)
+    values[:, :20] = 0
+    layer.set_map(grid_map(values))
+    resolution = layer.mapped()[1].resolution
+    reach = int(0.25 / resolution)
+    assert (layer.costs[:, : 20 + reach] == FREE).all() and (layer.costs[:, 20 + reach :] == UNKNOWN).all()
+    layer.update_map(30, 5, [[0]])
+    assert layer.costs[5, 30 + reach] == FREE and layer.costs[5, 31 + reach] == UNKNOWN
+    assert costmap.free_margin == 0.25 and make([StaticLayer('static')]).free_margin == 0.0
+    assert make([InflationLayer('inflation', InflationConfig(0.5))]).free_margin == 0.0
+
+
 def test_only_the_changed_window_grown_by_the_radius_is_computed():
     layer = StaticLayer('static')
     costmap = make([layer, InflationLayer('inflation', InflationConfig(0.5))])

@@ -45,7 +45,8 @@ def quaternion(message, yaw):
 class SonarTest(unittest.TestCase):
     def setUp(self):
         self.heard, self.told = {}, {}
-        for topic, kind in (('map', OccupancyGrid), ('map_metadata', MapMetaData), ('slam_sonar/entropy', Float64)):
+        topics = ('map', OccupancyGrid), ('map_metadata', MapMetaData), ('slam_sonar/entropy', Float64)
+        for topic, kind in (*topics, ('slam_sonar/walls_ahead', OccupancyGrid)):
             rospy.Subscriber(topic, kind, lambda m, name=topic: self.heard.update({name: m}), tcp_nodelay=True)
         rospy.Subscriber('/diagnostics', DiagnosticArray, self.on_diagnostics)
         self.odometry = rospy.Publisher('odometry', Odometry, queue_size=1000)
@@ -121,6 +122,8 @@ class SonarTest(unittest.TestCase):
         offset = self.buffer.lookup_transform('map', 'odom', rospy.Time(0)).transform.translation
         self.assertLess(math.dist((offset.x, offset.y), (-self.first[0], -self.first[1])), 0.1)  # odometry is true
         self.until(lambda: self.heard.get('slam_sonar/entropy'), 'no entropy')
+        walls = self.until(lambda: self.heard.get('slam_sonar/walls_ahead'), 'no walls_ahead')
+        self.assertEqual(walls.header.frame_id, 'map')
 
     def answers_and_is_saved(self):
         answer = rospy.ServiceProxy('dynamic_map', GetMap)().map

@@ -13,7 +13,17 @@ from sara_nav.costmaps.costmap import Costmap
 from sara_nav.grids.grid import FREE, LETHAL, UNKNOWN, Grid, GridGeometry
 from sara_nav.lattice.config import LatticePlannerConfig
 from sara_nav.lattice.planner import LatticePlanner
-from sara_slam.exploring.cones import FREE_CELL, RAYS, UNKNOWN_CELL, WALL_CELL, Cells, Span, borders_heard
+from sara_slam.exploring import survey as survey_module
+from sara_slam.exploring.cones import (
+    FREE_CELL,
+    RAYS,
+    UNKNOWN_CELL,
+    WALL_CELL,
+    Cells,
+    Span,
+    borders_heard,
+    mark_seen,
+)
 from sara_slam.exploring.explore_config import ExploreConfig
 from sara_slam.exploring.explorer import Drive, Explorer, State
 from sara_slam.exploring.survey import AGAIN, Survey
@@ -78,6 +88,55 @@ def test_a_wall_that_is_nearer_in_the_cone_is_heard_instead():
     kinds = strip()
     kinds[54:60, 10:12] = WALL_CELL  # beside the cone
     assert heard(kinds, (0.1, 1.5, 0.0))
+
+
+def test_what_is_in_sight_ends_at_walls_at_the_unknown_and_where_it_is_far():
+    kinds = np.full((60, 60), FREE_CELL, np.uint8)
+    kinds[:, 40:] = UNKNOWN_CELL
+    kinds[20:40, 20] = WALL_CELL
+    seen, flat = np.zeros(kinds.shape, bool), np.zeros(kinds.shape, np.float32)
+    mark_seen(Cells(kinds, flat, flat, Grid(0.0, 0.0, CELL)), np.array([[0.5, 1.5]]), 1.0, seen)
+    assert seen[30, 10:20].all() and not seen[30, 20:].any()  # before and behind a wall
+    assert seen[12:48, 10].all() and not seen[8, 10] and not seen[52, 10]  # 1.0 m
+    mark_seen(Cells(kinds, flat, flat, Grid(0.0, 0.0, CELL)), np.array([[1.5, 1.5]]), 2.0, seen)
+    assert seen[30, 21:40].all() and not seen[:, 40:].any()
+
+
+def test_what_has_been_passed_is_finished_first_and_when_little_time_is_left_nothing_else_is():
+    ground = hall(6.0)
+    ground.costs[:, :16] = UNKNOWN  # at the near end
+    ground.costs[1:-1, -24:-1] = UNKNOWN  # at the far one, of which more is heard
+    ends = []
+    for passed in (False, True):
+        found = survey()
+        found.on_costmap(ground, [])
+        if passed:
+            found.at(Pose2D(1.5, 2.0, 1.57))
+        start = Pose2D(3.0, 2.0, 0.0)
+        ends.append(found.choose(planner(), FOOTPRINT, start, False).frontier.middle[0])
+    assert ends[0] > 4.0 and ends[1] < 1.5
+    found = survey()
+    found.on_costmap(ground, [])
+    found.finish()
+    assert found.choose(planner(), FOOTPRINT, start, False) is None
+    found.forget()
+    assert found.choose(planner(), FOOTPRINT, start, False) is not None
+
+
+def test_what_could_not_be_reached_is_tried_once_more_when_nothing_else_is_left(monkeypatch):
+    monkeypatch.setattr(survey_module, 'SAME_M', 99.0)  # whatever was tried, all places are near it
+    monkeypatch.setattr(survey_module, 'SAME_RAD', 99.0)
+    found = survey()
+    found.on_costmap(hall(), [])
+    first = found.choose(planner(), FOOTPRINT, START, False)
+    found.tried(first, False)
+    assert found.choose(planner(), FOOTPRINT, START, True) is None  # a robot under way need not
+    assert found.choose(planner(), FOOTPRINT, START, False).pose == first.pose
+    found.tried(first, False)
+    assert found.choose(planner(), FOOTPRINT, START, False) is None
+    found.tried(first, True)
+    found.tried(first, False)
+    assert found.choose(planner(), FOOTPRINT, START, False) is None  # it was reached once
 
 
 def test_it_drives_to_where_the_sensors_face_what_is_not_known():

@@ -177,12 +177,12 @@ class Exploration:
         return math.dist(self.lockstep.chair.pose[:2], self.start[:2])
 
     def drive(self, every: float = math.inf, say: Callable[[str], None] | None = None) -> float:
-        """As `run`; s that it took."""
+        """As `run`, to the end or until it pauses, for nobody resumes it; s that it took."""
         lockstep, told = self.lockstep, 0
         while not lockstep.wheels.ready or lockstep.localization.map_from_odom is None or not self._drawn:
             self._step()
         began, framed = lockstep.time, -math.inf
-        while self.explorer.state is not State.DONE and lockstep.time - began < LONGEST_S:
+        while self.explorer.state not in (State.DONE, State.PAUSED) and lockstep.time - began < LONGEST_S:
             self._step()
             self._explore()
             if lockstep.time - framed >= every:
@@ -226,7 +226,7 @@ class Exploration:
         if lockstep.result is not None:
             explorer.ended(lockstep.time, lockstep.result.status == SUCCEEDED, lockstep.result.text)
             lockstep.result = None
-        if lockstep.time - self._asked_at < 1.0 / explorer.config.planner_frequency - 1e-9:
+        elif lockstep.time - self._asked_at < 1.0 / explorer.config.planner_frequency - 1e-9:
             return
         self._asked_at = lockstep.time
         pose = self.known.pose

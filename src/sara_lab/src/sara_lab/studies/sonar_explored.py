@@ -4,6 +4,7 @@ the chair drives, `explore` chooses where to by what the sensors would hear, mov
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import NamedTuple
 
@@ -23,6 +24,7 @@ from sara_slam.exploring.explorer import State
 from sara_slam.exploring.survey import Survey
 from sara_slam.sonar.sonar_config import SonarConfig
 from sara_slam.sonar.sonar_slam import SonarSlam
+from sara_slam.sonar.walls_ahead import WALLS_S, same
 
 LIMIT_S, HOME_S = 1200.0, 100.0
 """s that an exploration may take, and those of them that are left for the way home."""
@@ -76,6 +78,7 @@ class SonarExploration(Exploration):
     """See Exploration."""
 
     scan = False
+    _looked_at, _walls = -math.inf, None
 
     def _navigation(self):
         return merged(super()._navigation(), parameters('sara_bringup', 'sonar_mapping_nav.yaml'))
@@ -84,11 +87,22 @@ class SonarExploration(Exploration):
         return SonarMapping(Ear(reckoned, self.lockstep.chair), SonarSlam(SonarConfig.of()))
 
     def _chooser(self, config):
-        survey = Survey(config.range_reach)
+        survey = Survey(config.range_reach, self.lockstep.move_base.global_costmap.free_margin)
         for name, mount in mountings(chosen()).items():
             if name != 'scan':
                 survey.add_sensor(mount, FIELD_OF_VIEW)
         return survey
+
+    def _step(self):
+        super()._step()
+        now = self.lockstep.time
+        if now - self._looked_at < WALLS_S - 1e-9:
+            return
+        self._looked_at, before, self._walls = now, self._walls, self.slam.walls_ahead()
+        if not same(before, self._walls):
+            machine = self.lockstep.move_base
+            for costmap in (machine.global_costmap, machine.local_costmap):
+                costmap.keepout_layers['walls'].set_mask(self._walls)
 
     def _draw(self):
         now, heard = self.lockstep.time, len(self.slam.kept)

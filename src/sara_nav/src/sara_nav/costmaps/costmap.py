@@ -20,7 +20,10 @@ from sara_nav.maps.map_io import GridMap
 
 @dataclass(frozen=True)
 class StaticLayerConfig:
-    """Where a map comes from and how it becomes costs; names and defaults of costmap_2d::StaticLayer."""
+    """Where a map comes from and how it becomes costs; names and defaults of costmap_2d::StaticLayer.
+
+    Not the peer's: unknown cells within ``free_margin`` (m) of free ones are free.
+    """
 
     track_unknown_space: bool = True
     lethal_cost_threshold: int = 100
@@ -30,6 +33,7 @@ class StaticLayerConfig:
     first_map_only: bool = False
     subscribe_to_updates: bool = False
     use_maximum: bool = False
+    free_margin: float = 0.0
     enabled: bool = True
 
     def faults(self) -> list[str]:
@@ -39,7 +43,7 @@ class StaticLayerConfig:
             result.append(f'lethal_cost_threshold is {self.lethal_cost_threshold!r}, allowed are numbers from 1 to 100')
         if not self.map_topic:
             result.append('map_topic is empty, allowed is the name of a topic')
-        return result
+        return result + range_faults(self, {'free_margin': (0.0, 10.0)})
 
 
 @dataclass(frozen=True)
@@ -84,6 +88,17 @@ def static_costs(data: np.ndarray, config: StaticLayerConfig = StaticLayerConfig
     costs[lethal] = LETHAL
     costs[unknown] = UNKNOWN if config.track_unknown_space else FREE
     return costs
+
+
+def freed(costs: np.ndarray, resolution: float, margin: float) -> np.ndarray:
+    """Return a copy of costs (h, w), uint8, in which unknown cells within ``margin`` (m) of free ones are free."""
+    from scipy.ndimage import distance_transform_edt  # takes long to import, and most costmaps have no such margin
+
+    blocked = costs != FREE
+    if blocked.all():
+        return costs.copy()  # the transform would measure to the corner
+    near = distance_transform_edt(blocked) * resolution <= margin
+    return np.where(near & (costs == UNKNOWN), FREE, costs).astype(np.uint8)
 
 
 def cost_of_distance(distance: np.ndarray | float, inscribed_radius: float, cost_scaling_factor: float) -> np.ndarray:

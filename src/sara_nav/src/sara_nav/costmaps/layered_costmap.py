@@ -135,6 +135,11 @@ class LayeredCostmap:
         """The layers that hold keep-out places, by their names: those with set_mask."""
         return {name: layer for name, layer in self.layers.items() if hasattr(layer, 'set_mask')}
 
+    @property
+    def free_margin(self) -> float:
+        """m about free cells of the maps in which unknown ones are free (StaticLayerConfig); 0 without such a layer."""
+        return max((layer.config.free_margin for layer in self.map_layers.values()), default=0.0)
+
     def current(self, t: float) -> str:
         """Return '' when all layers have what they need, else sentences on what is stale."""
         found = [layer.stale(t) for layer in self.layers.values() if layer.enabled]

@@ -66,6 +66,9 @@ class Chooser(Protocol):
     def forget(self) -> None:
         """Try again what was tried."""
 
+    def finish(self) -> None:
+        """Little time is left."""
+
 
 class ByFrontiers:
     """The Chooser for a robot with a laser scanner."""
@@ -107,6 +110,9 @@ class ByFrontiers:
     def given_up(self, frontier: Frontier) -> bool:
         """See Chooser."""
         return self._strikes_of(frontier) > 1
+
+    def finish(self) -> None:
+        """Frontiers are chosen as before."""
 
     def forget(self) -> None:
         """See Chooser."""

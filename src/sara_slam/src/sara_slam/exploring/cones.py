@@ -16,6 +16,8 @@ from sara_nav.grids.grid import Grid
 
 RAYS = 9
 """In a span."""
+SIGHT_RAYS = 360
+"""All round."""
 SQUARELY = math.cos(0.4)
 """Cosine of the angle between a ray and the normal of a border up to which a wall there would answer from there."""
 STEEPEST = math.cos(math.radians(60.0))
@@ -90,6 +92,26 @@ def borders_heard(cells: Cells, sensors: np.ndarray, span: Span, places: np.ndar
                 places[n, ray] = -1
 
 
+@kernel
+def mark_seen(cells: Cells, places: np.ndarray, reach: float, seen: np.ndarray) -> None:
+    """Put True into seen, bool (rows, columns), for cells up to `reach` (m) in line of sight of places (n, 2), m, on
+    free cells.
+    """
+    rows, columns = cells.kinds.shape
+    g = cells.grid
+    most = int(2.0 * reach / g.resolution)
+    for n in range(len(places)):
+        x, y = (places[n, 0] - g.origin_x) / g.resolution, (places[n, 1] - g.origin_y) / g.resolution
+        for ray in range(SIGHT_RAYS):
+            angle = 2.0 * math.pi * ray / SIGHT_RAYS
+            dx, dy = 0.5 * math.cos(angle), 0.5 * math.sin(angle)
+            for k in range(most + 1):
+                column, row = int(math.floor(x + k * dx)), int(math.floor(y + k * dy))
+                if column < 0 or row < 0 or column >= columns or row >= rows or cells.kinds[row, column] != FREE_CELL:
+                    break
+                seen[row, column] = True
+
+
 def sensors_at(poses: np.ndarray, mounts: np.ndarray) -> np.ndarray:
     """(..., 3): x, y, axis (m, rad, not wrapped) of sensors at mounts (..., 3) of robots at poses (..., 3), broadcast
     against each other.
@@ -100,8 +122,9 @@ def sensors_at(poses: np.ndarray, mounts: np.ndarray) -> np.ndarray:
 
 
 def warm() -> None:
-    """Compile, or load from the cache, the kernel for the types it is called with."""
+    """Compile, or load from the cache, the kernels for the types they are called with."""
     flat = np.zeros((3, 3), np.float32)
     cells = Cells(np.zeros((3, 3), np.uint8), flat, flat, Grid(0.0, 0.0, 1.0))
     places, far = np.empty((1, RAYS), np.int32), np.empty((1, RAYS), np.float32)
     borders_heard(cells, np.zeros((1, 4)), Span(0.2, 1.5), places, far)
+    mark_seen(cells, np.zeros((1, 2)), 1.0, np.zeros((3, 3), np.bool_))

@@ -33,6 +33,8 @@ NEWS_S = 10.0
 RETRY_S, IN_VAIN = 5.0, 3
 """s until the next goal after one that ended for the robot's sake; such goals without one that is reached
 between make it pause."""
+FINISH_S = 240.0
+"""s before the time_limit from which on what has been begun is finished."""
 MOVED, TURNED = 0.1, 0.2
 """m and rad that are progress."""
 AT_HOME = 0.3
@@ -151,8 +153,12 @@ class Explorer:
         if self.state is State.RETURNING:
             return None
         self._limit_from = now if self._limit_from is None else self._limit_from
-        if 0.0 < self.config.time_limit <= now - self._limit_from:
-            return self._time_is_up(now, pose)
+        if self.config.time_limit > 0.0:
+            left = self.config.time_limit - (now - self._limit_from)
+            if left <= 0.0:
+                return self._time_is_up(now, pose)
+            if left <= FINISH_S:
+                self._chooser.finish()
         return self._on_the_way(now, pose) if self.visit is not None else self._next(now, pose)
 
     # -- what comes of it ----------------------------------------------------------------------------------------

@@ -9,12 +9,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from scipy.ndimage import binary_dilation, distance_transform_edt, gaussian_filter, label, maximum_filter
 
 from sara_common.planar import Pose2D, wrap
-from sara_nav.costmaps.costmap import Costmap
+from sara_nav.costmaps.costmap import Costmap, freed
 from sara_nav.grids.grid import FREE, INSCRIBED, UNKNOWN
 from sara_nav.planners.planning import PlanError
 from sara_slam.exploring.choice import Choice, Planner
@@ -26,6 +27,7 @@ from sara_slam.exploring.cones import (
     Cells,
     Span,
     borders_heard,
+    mark_seen,
     sensors_at,
     warm,
 )
@@ -34,7 +36,7 @@ from sara_slam.exploring.viewpoints import Surroundings
 
 EVERY, HEADINGS = 4, 16
 """Cells between places where the robot may stand, and its headings there."""
-ROOM = 0.05
+ROOM = 0.12
 """m from walls that the body keeps where it stands."""
 AGAIN = 0.5
 """What is still expected of a piece that has been faced once more."""
@@ -48,6 +50,10 @@ THERE = 0.1
 """m up to which a place is where the robot is."""
 GIVEN_UP = 0.1
 """Share of a frontier's cells down to which something is expected of it."""
+PASSED, APART = 2.4, 0.3
+"""m from the robot up to which it has passed what is in sight; between poses from which that is looked at."""
+FARTHER = 0.15
+"""What is expected of a border that has not been passed, against one that has: those are finished first."""
 LEFT = 0.2
 """Share of what was expected from a place down to which it is driven to."""
 TRIES = 4
@@ -65,17 +71,23 @@ SAME_M, SAME_RAD = 0.3, 0.4
 
 
 class Survey:
-    """The Chooser for a robot with range sensors alone. reach: m up to which they count; add_sensor tells of each."""
+    """The Chooser for a robot with range sensors alone. reach: m up to which they count; add_sensor tells of each.
+    free_margin: m about what is known free that move_base takes for free, too (StaticLayerConfig).
+    """
 
-    def __init__(self, reach: float) -> None:
+    def __init__(self, reach: float, free_margin: float = 0.0) -> None:
         warm()
+        self._free_margin = free_margin
         self._span = Span(NEAREST, float(reach))
         self._sensors = np.empty((0, 4))
-        self._tried: list[Pose2D] = []
+        self._tried: list[tuple[Pose2D, bool]] = []  # and whether it was reached
+        self._once_more = True
         self._last: Pose2D | None = None
         self._costmap: Costmap | None = None
         self._faced, self._corner = np.zeros((1, 1), np.uint8), (0, 0)  # how often each cell has been faced
         self._expected = self._near = None  # of each cell, and of the best beside it
+        self._trail: list[tuple[float, float]] = []
+        self._passed, self._looked, self._farther = np.zeros((1, 1), bool), 0, FARTHER
         self._chosen = 0.0
 
     def add_sensor(self, mount: Sequence[float], field_of_view: float) -> None:
@@ -89,12 +101,15 @@ class Survey:
 
     def forget(self) -> None:
         """Expect as much of everything as if nothing had been heard."""
-        self._faced[:], self._expected = 0, None
+        self._faced[:], self._expected, self._farther = 0, None, FARTHER
         self._tried.clear()
 
     def tried(self, choice: Choice, reached: bool) -> None:
-        """Nobody drives there once more."""
-        self._tried.append(choice.pose)
+        """Nobody drives there once more; what could not be reached is tried again when nothing else is left and
+        something has been reached since.
+        """
+        self._tried.append((choice.pose, reached))
+        self._once_more |= reached
 
     def given_up(self, frontier: Frontier) -> bool:
         """Whether little is expected of a frontier any more."""
@@ -117,9 +132,16 @@ class Survey:
         faced = np.zeros(costs.shape, np.uint8)
         _paste(self._faced, self._corner, faced, corner)
         self._costmap, self._faced, self._corner, self._expected = costmap, faced, corner, None
+        self._passed, self._looked = np.zeros(costs.shape, bool), 0
+
+    def finish(self) -> None:
+        """Little time is left: nothing is begun any more that has not been passed."""
+        self._farther = 0.0
 
     def at(self, pose: Pose2D) -> None:
         """The robot is at a pose."""
+        if not self._trail or math.dist(self._trail[-1], (pose.x, pose.y)) >= APART:
+            self._trail.append((pose.x, pose.y))
         last = self._last
         if last is not None and pose.distance(last) < MOVED_M and abs(wrap(pose.yaw - last.yaw)) < MOVED_RAD:
             return
@@ -156,30 +178,50 @@ class Survey:
         to. Its cost is what is expected, less than 0, m per s.
         """
         around = Surroundings(self.ground, start, footprint)
+        ground = around.costmap
+        ground = replace(ground, costs=freed(ground.costs, ground.geometry.resolution, self._free_margin))
         stands, ways = around.stands(EVERY, HEADINGS, ROOM)
         if not (len(stands) and len(self._sensors)):
             return None
         expected = self.expected()
         places, far = self._heard(stands)
-        spread = self._sensors[:, 3:] * (2.0 / (RAYS - 1))
-        gain = (np.where(places >= 0, expected.ravel()[places.clip(0)], 0.0) * far * spread).sum((1, 2))
-        rate = np.where(gain >= LEAST, gain / seconds_to(stands, ways, start, THERE), 0.0)
-        for pose in self._tried:
+        wide = far * self._sensors[:, 3:] * (2.0 / (RAYS - 1))
+        hoped = np.where(places >= 0, expected.ravel()[places.clip(0)], 0.0) * wide
+        passed = self._has_passed().ravel()[places.clip(0)]
+        gain = (hoped * np.where(passed, 1.0, float(self._farther > 0.0))).sum((1, 2))
+        worth = (hoped * np.where(passed, 1.0, self._farther)).sum((1, 2))
+        rate = np.where(gain >= LEAST, worth / seconds_to(stands, ways, start, THERE), 0.0)
+        for pose, _ in self._tried:
             off = np.hypot(stands[:, 0] - pose.x, stands[:, 1] - pose.y)
             rate[(off < SAME_M) & (np.abs(wrap(stands[:, 2] - pose.yaw)) < SAME_RAD)] = 0.0
+        if not (rate > 0.0).any():
+            return self._again(planner, footprint, start) if self._once_more and not under_way else None
         for k in np.argsort(-rate, kind='stable')[:TRIES].tolist():
             if not rate[k] > 0.0:
                 break
             pose = Pose2D(*stands[k].tolist())
             try:
-                planner.plan(around.costmap, start, pose)
+                planner.plan(ground, start, pose)
             except PlanError:
-                self._tried.append(pose)
+                self._tried.append((pose, False))
                 continue
             frontier = self._frontier(places[k], expected, float(gain[k]))
             self._chosen = self._sum(frontier)
             return Choice(frontier, pose, -float(rate[k]))
         return None
+
+    def _again(self, planner, footprint, start):
+        """As choose, of what could not be reached."""
+        self._once_more = False
+        self._tried = [entry for entry in self._tried if entry[1]]
+        return self.choose(planner, footprint, start, False)
+
+    def _has_passed(self):
+        """bool (rows, columns): which cells have been in sight within PASSED."""
+        trail = np.array(self._trail[self._looked :]).reshape(-1, 2)
+        mark_seen(self._cells, trail, PASSED, self._passed)
+        self._looked = len(self._trail)
+        return self._passed
 
     def _frontier(self, places, expected, gain):
         cells = np.unique(places[places >= 0])

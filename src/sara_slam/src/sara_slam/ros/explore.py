@@ -60,8 +60,9 @@ class ExploreNode:
         self.markers_pub = rospy.Publisher('~frontiers', MarkerArray, queue_size=1, latch=True)
         self.diagnostics_pub = rospy.Publisher('/diagnostics', DiagnosticArray, queue_size=10)
         self.said, self.bad_maps, self.gate = '', 0, ''
-        footprint = settings.global_costmap.make(None).footprint
-        self.survey = Survey(config.range_reach) if config.sensors == 'ranges' else None
+        costmap = settings.global_costmap.make(None)
+        footprint = costmap.footprint
+        self.survey = Survey(config.range_reach, costmap.free_margin) if config.sensors == 'ranges' else None
         self.explorer = Explorer(config, settings.global_planner, footprint, self.say, self.survey)
         self.ground: Costmap | None = None
         self.frame, self.stepped_at = settings.global_frame, rospy.Time()

@@ -1,7 +1,7 @@
 """slam_sonar: a map built while driving, by range sensors with wide cones and odometry.
 
 In: odom (Odometry in odom_frame), ~range_topics (Range), /tf for where the sensors sit. Out: map, map_metadata,
-keepout_filter_mask, ~entropy, map -> odom, /diagnostics. Services: dynamic_map, ~save, reload_edits.
+keepout_filter_mask, ~walls_ahead, ~entropy, map -> odom, /diagnostics. Services: dynamic_map, ~save, reload_edits.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ import time
 
 import rospy
 from diagnostic_msgs.msg import DiagnosticArray
-from nav_msgs.msg import Odometry
+from nav_msgs.msg import OccupancyGrid, Odometry
 from nav_msgs.srv import GetMap, GetMapRequest, GetMapResponse
 from sensor_msgs.msg import Range
 from std_srvs.srv import Trigger, TriggerRequest, TriggerResponse
@@ -26,10 +26,12 @@ from sara_localization.ros.shell import configured, publish
 from sara_localization.ros.tf2_transforms import Tf2Transforms
 from sara_nav.maps.edits import EditsError
 from sara_nav.maps.map_io import GridMap
+from sara_nav.ros.conversions import grid_to_msg
 from sara_slam.mapping.journal import JournalError
 from sara_slam.ros.outputs import Outputs, journal_of, save_answer
 from sara_slam.sonar.mapper import MapperError, SonarMapper
 from sara_slam.sonar.node_config import SonarNodeConfig
+from sara_slam.sonar.walls_ahead import WALLS_S, same
 
 QUEUE = 200
 SILENT_AFTER = 5.0
@@ -50,6 +52,7 @@ class SonarNode:
         self.mounts, self.said, self.told = {}, set(), {}
         self.began, self.last_pose, self.last_range = rospy.Time.now(), None, None
         self.grid, self.drawn, self.rest_until = None, 0, -math.inf
+        self.walls, self.walls_pub = None, rospy.Publisher('~walls_ahead', OccupancyGrid, queue_size=1, latch=True)
         self.diagnostics_pub = rospy.Publisher('/diagnostics', DiagnosticArray, queue_size=10)
         self.odometry = rospy.Subscriber('odom', Odometry, self.on_odometry, queue_size=QUEUE, tcp_nodelay=True)
         self.ranges = [
@@ -64,6 +67,7 @@ class SonarNode:
         for period, act in (
             (config.transform_publish_period, self.on_transform_due),
             (config.map_update_interval, self.on_map_due),
+            (WALLS_S, self.on_walls_due),
         ):
             if period > 0.0:
                 self.timers.append(rospy.Timer(rospy.Duration.from_sec(period), act, reset=True))
@@ -125,6 +129,15 @@ class SonarNode:
         """The map anew, where something was heard since and the last one did not take long."""
         if time.monotonic() >= self.rest_until:
             self._draw()
+
+    def on_walls_due(self, _event: rospy.timer.TimerEvent) -> None:
+        """What stands beside the robot, where that has changed."""
+        with self.lock:
+            walls, before = self.mapper.slam.walls_ahead(), self.walls
+            self.walls = walls
+        if not same(before, walls):
+            stamp, frame = rospy.Time.now(), self.config.map_frame
+            publish(self.walls_pub, grid_to_msg(walls.data, walls.geometry, 0.0, frame, stamp))
 
     def _draw(self) -> GridMap | None:
         """The map as it is now, published if it is a new one; None before the first reading."""

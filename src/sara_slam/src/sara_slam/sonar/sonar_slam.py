@@ -14,6 +14,7 @@ from sara_slam.sonar.drawing import Directions, Kept, Pose, Snapshot
 from sara_slam.sonar.sonar_config import SonarConfig
 from sara_slam.sonar.wall_filter import POSE, WallFilter
 from sara_slam.sonar.wall_graph import Solved
+from sara_slam.sonar.walls_ahead import WallsAhead
 
 NODE_M, NODE_RAD = 0.15, 0.15
 """Between two poses of the graph."""
@@ -43,6 +44,7 @@ class SonarSlam:
         self._searched = None
         self._used, self._passed = {}, {}
         self._settled: Pose = (0.0, 0.0, 0.0)
+        self._ahead = WallsAhead(config, self.filter)
 
     def on_pose(self, stamp: float, pose: Pose) -> None:
         """The odometry has the robot at (x, y, yaw) at a time (s)."""
@@ -77,7 +79,9 @@ class SonarSlam:
         (t0, a), (t1, b) = odometry[0], odometry[1]
         here = between(a, b, (stamp - t0) / (t1 - t0))
         if self._here is not None:
-            self.filter.move(compose(inverse(self._here), here))
+            relation = compose(inverse(self._here), here)
+            self.filter.move(relation)
+            self._ahead.moved(relation[0])
         self._here = here
         self._node(stamp, here)
         wall = -1
@@ -85,6 +89,7 @@ class SonarSlam:
             wall = self._match(name, mount, distance, here)
         elif distance > self.config.range_max_range:
             self.counts['no_echo'] += 1
+        self._ahead.on_range(stamp, name, mount, distance, wall)
         in_node = compose(inverse(self.nodes[-1]), compose(here, mount))
         number = self._numbers.setdefault(name, len(self._numbers))
         self.kept.append(Kept(len(self.nodes) - 1, in_node, distance, wall, number))
@@ -143,6 +148,10 @@ class SonarSlam:
         if self._here is None:
             return 0.0, 0.0, 0.0
         return compose(compose(self._settled, self.filter.pose), inverse(self._here))
+
+    def walls_ahead(self) -> GridMap:
+        """What stands beside the robot, drawn on ahead of where it is heard: a mask in the map's frame."""
+        return self._ahead.mask(self.first_guess, self._settled)
 
     def snapshot(self) -> Snapshot:
         """What was heard so far, to draw the map of while more is heard."""

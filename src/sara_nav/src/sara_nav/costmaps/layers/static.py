@@ -13,7 +13,7 @@ import numpy as np
 
 from ahead_of_time import kernel
 from sara_common.planar import Pose2D
-from sara_nav.costmaps.costmap import UNKNOWN, StaticLayerConfig, static_costs
+from sara_nav.costmaps.costmap import UNKNOWN, StaticLayerConfig, freed, static_costs
 from sara_nav.costmaps.layers.base import GridLayer, Layer, Parent, combine
 from sara_nav.grids.grid import Grid, GridGeometry
 from sara_nav.grids.windows import Window, Windows
@@ -93,6 +93,9 @@ class StaticLayer(GridLayer):
             )
         part = slice(y, y + values.shape[0]), slice(x, x + values.shape[1])
         self._map.data[part] = values
+        if self.config.free_margin > 0.0:
+            self._take_map()
+            return True
         self.costs[part] = static_costs(values, self.config)
         if self.rolling:
             self.parent.touch_all()
@@ -122,7 +125,8 @@ class StaticLayer(GridLayer):
     def _take_map(self):
         if not self.rolling and self._map.geometry != self.parent.geometry:
             self.parent.resize(self._map.geometry, locked=True)
-        self.costs = static_costs(self._map.data, self.config)
+        costs, margin = static_costs(self._map.data, self.config), self.config.free_margin
+        self.costs = freed(costs, self._map.geometry.resolution, margin) if margin > 0.0 else costs
         self.parent.touch_all()
 
     # -- the layer ---------------------------------------------------------------------------------------------

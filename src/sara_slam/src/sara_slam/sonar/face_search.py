@@ -1,0 +1,56 @@
+"""A flat thing beside a robot that its newest readings to that side touch, and that comes nearer as it drives."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+LEAST, SHORTEST = 3, 0.12
+"""Readings, and m that their sensors must be apart."""
+WITHIN = 0.025
+"""m that readings may be off the line."""
+STEEPEST, FLATTEST = 0.6, 0.05
+"""m that it comes nearer by a metre of way: more is heard ahead, less is beside."""
+
+
+class Face(NamedTuple):
+    """In the frame of the newest sensor, the way that is driven its x axis, where it looks its y axis: y at its foot,
+    m per m that the line comes nearer, and x of where its perpendicular meets it, m.
+    """
+
+    y: float
+    slope: float
+    foot: float
+
+
+def face(readings: np.ndarray, yaw: float, toward: float) -> Face | None:
+    """Of readings (n, 4), the newest last: x, y and axis of the sensor (m, rad), m. yaw: of the robot, which drives
+    ahead (toward 1.0) or astern (-1.0).
+    """
+    x, y, axis, _ = readings[-1]
+    way = math.copysign(1.0, toward * math.sin(yaw - axis))
+    c, s = math.cos(axis), math.sin(axis)
+    dx, dy, ranges = readings[:, 0] - x, readings[:, 1] - y, readings[:, 3]
+    ahead, aside = way * (c * dy - s * dx), c * dx + s * dy
+    if len(readings) < LEAST or np.ptp(ahead) < SHORTEST:
+        return None
+    slope = 0.0
+    for _ in range(4):  # the distance of a line that slopes is measured square to it
+        touched = aside + ranges * math.hypot(1.0, slope)
+        slope, at = np.polyfit(ahead, touched, 1).tolist()
+    if np.abs(touched - slope * ahead - at).max() > WITHIN or not FLATTEST <= -slope <= STEEPEST:
+        return None
+    return Face(at, -slope, -slope * at / (1.0 + slope * slope))
+
+
+def points(found: Face, sensor: tuple[float, float, float], way: float, spacing: float, end: float) -> np.ndarray:
+    """(n, 2) m of a Face, from its foot on to `end`, m along the way from the sensor (x, y, axis); way: 1.0 where that
+    is to the left of its axis, -1.0 to the right.
+    """
+    x, y, axis = sensor
+    ahead = np.arange(found.foot, end, spacing)
+    aside = found.y - found.slope * ahead
+    c, s = math.cos(axis), math.sin(axis)
+    return np.column_stack((x - s * way * ahead + c * aside, y + c * way * ahead + s * aside))

@@ -1,0 +1,147 @@
+"""What stands beside a robot, drawn on ahead of where its sensors hear it: sensors that face aside do not hear what the
+robot's front comes to, and a map is drawn too seldom to tell in time.
+
+Walls that are known go on as far as no sensor looked through them and the body has not been where they would be. Other
+flat things do if the robot comes nearer to them.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import defaultdict, deque
+from collections.abc import Sequence
+
+import numpy as np
+
+from sara_nav.grids.grid import GridGeometry
+from sara_nav.maps.map_io import FREE, OCCUPIED, GridMap
+from sara_slam.sonar.face_search import face, points
+from sara_slam.sonar.sonar_config import SonarConfig
+from sara_slam.sonar.wall_filter import WallFilter, cos_sin, foot
+
+WALL_BEYOND, FACE_BEYOND, BEHIND = 0.8, 0.4, 0.1
+"""m that a wall, and another flat thing, goes on beyond the robot's front; that is shown behind where it is heard."""
+NEAREST, NEAR = 0.1, 0.6
+"""m from a sensor from which on and up to which something is shown."""
+WALL_KEPT_S, FACE_KEPT_S = 1.0, 10.0
+"""s that a wall, and another flat thing, has been heard since."""
+THROUGH = 0.3
+"""m farther than a wall that a reading must be to have come through it."""
+SQUARE = 0.25
+"""rad off a wall's normal up to which a sensor hears it for certain, if it is there."""
+STEP, OPENS = 0.05, 2
+"""m along a wall, of what is kept about where it is open; steps to both sides of where something was heard of it or
+through it.
+"""
+ASIDE = 0.7
+"""Sine of the angle off the robot's axis from which on a sensor faces aside."""
+TOGETHER, RECENT, FACES = 0.4, 30, 8
+"""m of way, and readings, in which a flat thing is looked for; how many of those are kept."""
+
+WALLS_S = 0.2
+"""s between two masks."""
+
+Pose = tuple[float, float, float]
+
+
+class WallsAhead:
+    """`walls`: the filter that knows them."""
+
+    def __init__(self, config: SonarConfig, walls: WallFilter) -> None:
+        self._config, self._filter = config, walls
+        self._heard: dict[str, tuple[float, int, Pose]] = {}  # (s, wall, mount) of a sensor's newest echo of a wall
+        self._open: dict[int, set[int]] = defaultdict(set)
+        self._recent: dict[float, deque[tuple[str, float, float, float, float]]] = {}  # of the sensors of one side
+        self._faces: deque[tuple[float, np.ndarray]] = deque(maxlen=FACES)
+        self._toward, self._now = 1.0, -math.inf
+
+    def moved(self, forward: float) -> None:
+        """The robot moved so many m forward."""
+        if forward != 0.0:
+            self._toward = math.copysign(1.0, forward)
+
+    def on_range(self, stamp: float, name: str, mount: Pose, distance: float, wall: int) -> None:
+        """A reading (s, m) of a sensor at a mount (x, y, yaw), and the wall that it is of; -1: of none."""
+        self._now = stamp
+        ahead, along, steep = foot(self._filter.walls, *self._filter.sensor(mount))
+        steps = np.round(along / STEP).astype(int)
+        if wall >= 0:
+            self._heard[name] = stamp, wall, mount
+            self._open[wall].difference_update(_about(steps[wall]))
+            return
+        self._find_faces(stamp, name, mount, distance)
+        _, last, _ = self._heard.get(name, (0.0, -1, mount))
+        nearest = self._config.range_min_range
+        if last >= 0 and distance < nearest and ahead[last] < 1.5 * nearest:
+            self._heard[name] = stamp, last, mount  # too near to be measured
+        through = (ahead > 0.0) & (ahead < NEAR) & (steep < SQUARE) & (distance > ahead + THROUGH)
+        for passed in np.flatnonzero(through).tolist():
+            self._open[passed].update(_about(steps[passed]))
+            if passed == last:
+                del self._heard[name]
+
+    def _find_faces(self, stamp, name, mount, distance):
+        x, y, axis = self._filter.sensor(mount)
+        yaw = self._filter.pose[2]
+        if not NEAREST <= distance <= NEAR or abs(math.sin(mount[2])) < ASIDE:
+            return
+        recent = self._recent.setdefault(round(mount[2], 2), deque(maxlen=RECENT))
+        recent.append((name, x, y, axis, distance))
+        own = [row[1:] for row in recent if row[0] == name and math.dist(row[1:3], (x, y)) <= TOGETHER]
+        others = [row[1:] for row in recent if row[0] != name]
+        way = math.copysign(1.0, self._toward * math.sin(yaw - axis))
+        end = 0.5 * self._config.body_length - self._toward * mount[0] + FACE_BEYOND
+        for rows in (own, others[-len(own) :] + own):
+            found = face(np.array(rows), yaw, self._toward)
+            if found is not None:
+                self._faces.append((stamp, points(found, (x, y, axis), way, STEP, end)))
+
+    def _pieces(self, trail):
+        """Points (n, 2) m of each thing beside the robot, STEP apart; trail (k, 3): where it has been."""
+        found = []
+        for since, wall, mount in self._heard.values():
+            theta, rho = self._filter.walls[wall].tolist()
+            ahead, along, _ = foot(self._filter.walls[wall : wall + 1], *self._filter.sensor(mount))
+            if self._now - since > WALL_KEPT_S or not 0.0 < ahead[0] < NEAR:
+                continue
+            toward = math.copysign(1.0, self._toward * math.cos(self._filter.pose[2] - theta - 0.5 * math.pi))
+            end = 0.5 * self._config.body_length - self._toward * mount[0] + WALL_BEYOND
+            places = along[0] + toward * np.arange(-BEHIND, end, STEP)
+            c, s = math.cos(theta), math.sin(theta)
+            shut = ~np.isin(np.round(places / STEP).astype(int), list(self._open[wall]))
+            line = np.column_stack((c * rho - s * places, s * rho + c * places))
+            found.append(line[: int(np.argmin(np.append(shut, False)))])
+        found += [line for since, line in self._faces if self._now - since <= FACE_KEPT_S]
+        return [line[: int(np.argmax(np.append(self._walked(line, trail), True)))] for line in found]
+
+    def _walked(self, places, trail):
+        """bool (n,): which places (n, 2) lie where the body was."""
+        c, s = cos_sin(trail[:, 2])
+        dx, dy = (places[:, None, axis] - trail[:, axis] for axis in (0, 1))
+        length, width = 0.5 * self._config.body_length, 0.5 * self._config.body_width
+        return ((np.abs(c * dx + s * dy) < length) & (np.abs(c * dy - s * dx) < width)).any(1)
+
+    def mask(self, trail: Sequence[Pose], settled: Pose) -> GridMap:
+        """What stands beside the robot at the newest reading, as a map. trail: where it has been; settled: the frame of
+        the filter in the map's.
+        """
+        places = np.vstack((*self._pieces(np.array(trail).reshape(-1, 3)), np.empty((0, 2))))
+        c, s = math.cos(settled[2]), math.sin(settled[2])
+        resolution = self._config.resolution
+        cells = np.floor((settled[:2] + places @ np.array(((c, s), (-s, c)))) / resolution).astype(int)
+        corner = cells.min(0) if len(cells) else np.zeros(2, int)
+        columns, rows = (cells - corner).T
+        data = np.full((rows.max(initial=0) + 1, columns.max(initial=0) + 1), FREE, np.int8)
+        data[rows, columns] = OCCUPIED
+        height, width = data.shape
+        x, y = (corner * resolution).tolist()
+        return GridMap(data, GridGeometry(width, height, resolution, x, y))
+
+
+def same(mask: GridMap | None, other: GridMap) -> bool:
+    """Whether two masks say the same; None says nothing yet."""
+    return mask is not None and mask.geometry == other.geometry and np.array_equal(mask.data, other.data)
+
+
+def _about(step):
+    return range(step - OPENS, step + OPENS + 1)

@@ -1,0 +1,130 @@
+"""What stands beside a robot is drawn on ahead of where it is heard."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from sara_common.planar import compose
+from sara_nav.maps.map_io import OCCUPIED
+from sara_slam.sonar.face_search import WITHIN, face, points
+from sara_slam.sonar.sonar_config import SonarConfig
+from sara_slam.sonar.sonar_slam import SonarSlam
+from sara_slam.sonar.walls_ahead import FACE_KEPT_S, same
+
+CONFIG = SonarConfig(range_delay=0.0, body_length=1.08, body_width=0.58)
+FRONT, REAR = (0.35, 0.29, 0.5 * math.pi), (-0.35, 0.29, 0.5 * math.pi)
+HOME = (0.0, 0.0, 0.0)
+
+
+def readings(slope, at, count=5, step=0.05, left=True, astern=False):
+    """(n, 4) of a sensor that moves along x beside the line y = at - slope x (mirrored to the right), heading 0."""
+    x = np.arange(count) * step * (-1.0 if astern else 1.0)
+    far = (at - slope * x) / math.hypot(1.0, slope)
+    side = 1.0 if left else -1.0
+    return np.column_stack((x, np.zeros(count), np.full(count, side * 0.5 * math.pi), far))
+
+
+@pytest.mark.parametrize('left', [True, False])
+@pytest.mark.parametrize('astern', [True, False])
+def test_a_flat_thing_that_comes_nearer_is_drawn_on_where_it_is(left, astern):
+    toward = -1.0 if astern else 1.0
+    rows = readings(toward * 0.3, 0.5, left=left, astern=astern)
+    found = face(rows, 0.0, toward)
+    assert found is not None and math.isclose(found.slope, 0.3, abs_tol=1e-3)
+    way = math.copysign(1.0, toward * math.sin(-rows[-1, 2]))
+    x, y = points(found, tuple(rows[-1, :3]), way, 0.05, 0.8).T
+    assert np.abs((0.5 - toward * 0.3 * x) * (1.0 if left else -1.0) - y).max() < 2e-3
+    assert (x[-1] - rows[-1, 0]) * toward > 0.7
+
+
+def test_what_is_alongside_goes_away_or_is_no_line_is_none():
+    assert face(readings(0.0, 0.3), 0.0, 1.0) is None
+    assert face(readings(-0.3, 0.3), 0.0, 1.0) is None
+    assert face(readings(0.9, 0.8), 0.0, 1.0) is None  # the sensors in front hear that
+    assert face(readings(0.3, 0.5, count=2), 0.0, 1.0) is None
+    assert face(readings(0.3, 0.5, step=0.01), 0.0, 1.0) is None
+    bent = readings(0.3, 0.5)
+    bent[2, 3] += 3.0 * WITHIN
+    assert face(bent, 0.0, 1.0) is None
+
+
+@given(
+    st.lists(st.tuples(*(st.floats(-1e3, 1e3),) * 3, st.floats(0.0, 3.0)), min_size=1, max_size=12), st.floats(-9, 9)
+)
+def test_any_readings_give_a_finite_line_or_none(rows, yaw):
+    found = face(np.array(rows), yaw, 1.0)
+    assert found is None or np.isfinite(found).all()
+
+
+def driven(slope=0.0, at=0.6, until=1.6, opening=(9.0, 9.0), turned=None):
+    """A SonarSlam of a robot that drove along x beside the line y = at - slope x with a hole, and what it has on."""
+    slam, t = SonarSlam(CONFIG), 0.0
+    for x in np.arange(0.0, until, 0.02):
+        t += 0.1
+        pose = (float(x), 0.0, 0.0)
+        slam.on_pose(t, pose)
+        for name, mount in (('front', FRONT), ('rear', REAR)):
+            sx, sy, _ = compose(pose, mount)
+            away = (at - slope * sx - sy) / math.hypot(1.0, slope)
+            foot = sx + slope * away
+            heard = math.inf if opening[0] < foot < opening[1] else away
+            slam.on_range(t - 0.05, name, mount, heard if heard >= 0.2 else -math.inf)
+    return slam, float(x)
+
+
+def occupied(grid):
+    """(n, 2) m, middles of the occupied cells of a mask."""
+    rows, columns = np.nonzero(grid.data == OCCUPIED)
+    return np.column_stack(grid.geometry.to_world(columns, rows))
+
+
+def test_a_known_wall_goes_on_beyond_the_robots_front():
+    slam, x = driven()
+    cells = occupied(slam.walls_ahead())
+    assert len(cells) and np.abs(cells[:, 1] - 0.6).max() < 0.06
+    assert x + 0.54 + 0.6 < cells[:, 0].max() < x + 0.54 + 1.0 and cells[:, 0].min() > x - 0.6
+
+
+def test_a_wall_that_something_was_heard_through_ends_there():
+    slam, x = driven(opening=(2.0, 3.0), until=2.0)
+    cells = occupied(slam.walls_ahead())
+    assert len(cells) and cells[:, 0].max() < 2.15  # the rear sensor still hears it before the hole
+
+
+def test_a_wall_that_slopes_to_the_robot_is_drawn_before_its_front():
+    slam, x = driven(slope=0.2, at=0.9, until=1.35)
+    cells = occupied(slam.walls_ahead())
+    line = 0.9 - 0.2 * cells[:, 0]
+    ahead = cells[:, 0] > x + 0.54
+    assert ahead.any() and np.abs(line - cells[:, 1])[ahead].max() < 0.12
+    assert cells[ahead, 1].min() < 0.5
+
+
+def test_nothing_stands_where_the_body_was_and_silence_forgets():
+    slam, x = driven()
+    trail = np.array([(px, 0.6, 0.0) for px in np.arange(0.0, 4.0, 0.1)])
+    assert not len(occupied(slam._ahead.mask(trail, HOME)))
+    t = 0.1 * 81 + FACE_KEPT_S + 1.0
+    for k in range(3):
+        slam.on_pose(t + 0.1 * k, (x, 0.0, 0.0))
+        slam.on_range(t + 0.1 * k - 0.05, 'front', FRONT, math.inf)
+    assert not len(occupied(slam.walls_ahead()))
+
+
+def test_the_mask_lies_in_the_map():
+    slam, _ = driven()
+    here = occupied(slam.walls_ahead())
+    there = occupied(slam._ahead.mask(slam.first_guess, (1.0, 2.0, 0.5 * math.pi)))
+    turned = np.column_stack((1.0 - here[:, 1], 2.0 + here[:, 0]))
+    off = np.hypot(*(there[:, None] - turned[None]).transpose(2, 0, 1)).min(1)
+    assert len(there) and off.max() < 0.08
+
+
+def test_a_mask_is_the_same_until_something_changes():
+    slam, _ = driven()
+    mask, empty = slam.walls_ahead(), SonarSlam(CONFIG).walls_ahead()
+    assert same(mask, slam.walls_ahead()) and not same(None, mask) and not same(mask, empty)
+    assert empty.data.shape == (1, 1) and not len(occupied(empty))
