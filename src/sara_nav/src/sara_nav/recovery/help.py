@@ -29,6 +29,8 @@ from sara_nav.recovery.behaviours import (
 
 PERIOD = 1.0
 """Seconds between two tries to plan."""
+BY_ASKING = 'help was asked for during'
+"""How its last words begin where the way stays blocked."""
 SIDES = (
     'ahead',
     'ahead on the left',
@@ -95,10 +97,7 @@ class AskForHelp(Recovery):
             if self._was_blocked:
                 self._forget.update(situation)
             if self._way(situation) is None:
-                why = (
-                    f'help was asked for during {waited:.0f} s ({self.name}/patience), but the way stayed '
-                    f'blocked: {situation.why}'
-                )
+                why = f'{BY_ASKING} {waited:.0f} s ({self.name}/patience), but the way stayed blocked: {situation.why}'
                 return RecoveryStep(text=why, give_up=why)
             return RecoveryStep(text=f'{self.name}: trying once more')
         return RecoveryStep(
