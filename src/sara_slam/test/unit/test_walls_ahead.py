@@ -34,8 +34,7 @@ def test_a_flat_thing_that_comes_nearer_is_drawn_on_where_it_is(left, astern):
     rows = readings(toward * 0.3, 0.5, left=left, astern=astern)
     found = face(rows, 0.0, toward)
     assert found is not None and math.isclose(found.slope, 0.3, abs_tol=1e-3)
-    way = math.copysign(1.0, toward * math.sin(-rows[-1, 2]))
-    x, y = points(found, tuple(rows[-1, :3]), way, 0.05, 0.8).T
+    x, y = points(found, tuple(rows[-1, :3]), 0.05, 0.8).T
     assert np.abs((0.5 - toward * 0.3 * x) * (1.0 if left else -1.0) - y).max() < 2e-3
     assert (x[-1] - rows[-1, 0]) * toward > 0.7
 

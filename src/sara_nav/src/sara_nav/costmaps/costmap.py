@@ -91,12 +91,12 @@ def static_costs(data: np.ndarray, config: StaticLayerConfig = StaticLayerConfig
 
 
 def freed(costs: np.ndarray, resolution: float, margin: float) -> np.ndarray:
-    """Return a copy of costs (h, w), uint8, in which unknown cells within ``margin`` (m) of free ones are free."""
+    """Return costs (h, w), uint8, in which unknown cells within ``margin`` (m) of free ones are free."""
+    blocked = costs != FREE
+    if margin <= 0.0 or blocked.all():  # of no free cell, the transform would measure to the corner
+        return costs
     from scipy.ndimage import distance_transform_edt  # takes long to import, and most costmaps have no such margin
 
-    blocked = costs != FREE
-    if blocked.all():
-        return costs.copy()  # the transform would measure to the corner
     near = distance_transform_edt(blocked) * resolution <= margin
     return np.where(near & (costs == UNKNOWN), FREE, costs).astype(np.uint8)
 

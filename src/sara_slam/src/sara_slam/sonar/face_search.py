@@ -16,10 +16,12 @@ STEEPEST, FLATTEST = 0.6, 0.05
 
 
 class Face(NamedTuple):
-    """In the frame of the newest sensor, the way that is driven its x axis, where it looks its y axis: y at its foot,
-    m per m that the line comes nearer, and x of where its perpendicular meets it, m.
+    """In the frame of the newest sensor, the way that is driven its x axis, where it looks its y axis: whether that way
+    is to the left of where it looks (1.0) or to the right (-1.0), y of the line at x 0, m per m that it comes nearer,
+    and x of where its perpendicular meets it, m.
     """
 
+    way: float
     y: float
     slope: float
     foot: float
@@ -42,15 +44,13 @@ def face(readings: np.ndarray, yaw: float, toward: float) -> Face | None:
         slope, at = np.polyfit(ahead, touched, 1).tolist()
     if np.abs(touched - slope * ahead - at).max() > WITHIN or not FLATTEST <= -slope <= STEEPEST:
         return None
-    return Face(at, -slope, -slope * at / (1.0 + slope * slope))
+    return Face(way, at, -slope, -slope * at / (1.0 + slope * slope))
 
 
-def points(found: Face, sensor: tuple[float, float, float], way: float, spacing: float, end: float) -> np.ndarray:
-    """(n, 2) m of a Face, from its foot on to `end`, m along the way from the sensor (x, y, axis); way: 1.0 where that
-    is to the left of its axis, -1.0 to the right.
-    """
+def points(found: Face, sensor: tuple[float, float, float], spacing: float, end: float) -> np.ndarray:
+    """(n, 2) m of a Face, from its foot on to `end`, m along the way from the sensor (x, y, axis)."""
     x, y, axis = sensor
     ahead = np.arange(found.foot, end, spacing)
-    aside = found.y - found.slope * ahead
+    aside, along = found.y - found.slope * ahead, found.way * ahead
     c, s = math.cos(axis), math.sin(axis)
-    return np.column_stack((x - s * way * ahead + c * aside, y + c * way * ahead + s * aside))
+    return np.column_stack((x - s * along + c * aside, y + c * along + s * aside))

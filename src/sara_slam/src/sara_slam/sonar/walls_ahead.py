@@ -15,6 +15,7 @@ import numpy as np
 
 from sara_nav.grids.grid import GridGeometry
 from sara_nav.maps.map_io import FREE, OCCUPIED, GridMap
+from sara_slam.sonar.drawing import Pose
 from sara_slam.sonar.face_search import face, points
 from sara_slam.sonar.sonar_config import SonarConfig
 from sara_slam.sonar.wall_filter import WallFilter, cos_sin, foot
@@ -40,8 +41,6 @@ TOGETHER, RECENT, FACES = 0.4, 30, 8
 
 WALLS_S = 0.2
 """s between two masks."""
-
-Pose = tuple[float, float, float]
 
 
 class WallsAhead:
@@ -89,15 +88,14 @@ class WallsAhead:
         recent.append((name, x, y, axis, distance))
         own = [row[1:] for row in recent if row[0] == name and math.dist(row[1:3], (x, y)) <= TOGETHER]
         others = [row[1:] for row in recent if row[0] != name]
-        way = math.copysign(1.0, self._toward * math.sin(yaw - axis))
         end = 0.5 * self._config.body_length - self._toward * mount[0] + FACE_BEYOND
         for rows in (own, others[-len(own) :] + own):
             found = face(np.array(rows), yaw, self._toward)
             if found is not None:
-                self._faces.append((stamp, points(found, (x, y, axis), way, STEP, end)))
+                self._faces.append((stamp, points(found, (x, y, axis), STEP, end)))
 
     def _pieces(self, trail):
-        """Points (n, 2) m of each thing beside the robot, STEP apart; trail (k, 3): where it has been."""
+        """Points (n, 2) m of each thing beside the robot, STEP apart; trail: where it has been."""
         found = []
         for since, wall, mount in self._heard.values():
             theta, rho = self._filter.walls[wall].tolist()
@@ -112,7 +110,9 @@ class WallsAhead:
             line = np.column_stack((c * rho - s * places, s * rho + c * places))
             found.append(line[: int(np.argmin(np.append(shut, False)))])
         found += [line for since, line in self._faces if self._now - since <= FACE_KEPT_S]
-        return [line[: int(np.argmax(np.append(self._walked(line, trail), True)))] for line in found]
+        found = [line for line in found if len(line)]
+        near = _near(np.concatenate(found), np.array(trail), self._config) if found and len(trail) else np.empty((0, 3))
+        return [line[: int(np.argmax(np.append(self._walked(line, near), True)))] for line in found]
 
     def _walked(self, places, trail):
         """bool (n,): which places (n, 2) lie where the body was."""
@@ -125,7 +125,7 @@ class WallsAhead:
         """What stands beside the robot at the newest reading, as a map. trail: where it has been; settled: the frame of
         the filter in the map's.
         """
-        places = np.vstack((*self._pieces(np.array(trail).reshape(-1, 3)), np.empty((0, 2))))
+        places = np.vstack((*self._pieces(trail), np.empty((0, 2))))
         c, s = math.cos(settled[2]), math.sin(settled[2])
         resolution = self._config.resolution
         cells = np.floor((settled[:2] + places @ np.array(((c, s), (-s, c)))) / resolution).astype(int)
@@ -141,6 +141,13 @@ class WallsAhead:
 def same(mask: GridMap | None, other: GridMap) -> bool:
     """Whether two masks say the same; None says nothing yet."""
     return mask is not None and mask.geometry == other.geometry and np.array_equal(mask.data, other.data)
+
+
+def _near(places, trail, config):
+    """Those of the poses of a trail (k, 3), which grows with the way, where the body may have been at places (n, 2)."""
+    reach = 0.5 * math.hypot(config.body_length, config.body_width)
+    inside = (trail[:, :2] >= places.min(0) - reach) & (trail[:, :2] <= places.max(0) + reach)
+    return trail[inside.all(1)]
 
 
 def _about(step):

@@ -125,8 +125,8 @@ class StaticLayer(GridLayer):
     def _take_map(self):
         if not self.rolling and self._map.geometry != self.parent.geometry:
             self.parent.resize(self._map.geometry, locked=True)
-        costs, margin = static_costs(self._map.data, self.config), self.config.free_margin
-        self.costs = freed(costs, self._map.geometry.resolution, margin) if margin > 0.0 else costs
+        costs, resolution = static_costs(self._map.data, self.config), self._map.geometry.resolution
+        self.costs = freed(costs, resolution, self.config.free_margin)
         self.parent.touch_all()
 
     # -- the layer ---------------------------------------------------------------------------------------------
