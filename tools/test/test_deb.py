@@ -249,3 +249,10 @@ def test_what_was_changed_since_the_commit_is_of_now(tmp_path):
     assert seconds == 10**9 and re.fullmatch('[0-9a-f]{8}', name)
     (tmp_path / 'file').write_text('another')
     assert deb.commit_of(tmp_path, 5e9) == (5 * 10**9, f'{name}.changed')
+
+
+@pytest.mark.parametrize('path', ['README.md', 'tools/deb_check.sh'])
+def test_one_package_alone_is_named_with_all_of_ours_that_it_brings(path):
+    (told,) = re.findall(r'sara-\{(localization,[a-z,-]+)\}', (deb.ROOT / path).read_text())
+    ours = {deb_control.debian_name(package) for package in PACKAGES} | {deb_control.BASE}
+    assert {f'sara-{name}' for name in told.split(',')} == brought_by('sara_localization') & ours
