@@ -113,6 +113,54 @@ def test_nothing_stands_where_the_body_was_and_silence_forgets():
     assert not len(occupied(slam.walls_ahead()))
 
 
+def beside(poses, ranges, slam=None, since=0.0):
+    """A SonarSlam whose front sensor heard one range at each pose, last at which s."""
+    slam = slam or SonarSlam(CONFIG)
+    for pose, distance in zip(poses, ranges):
+        since += 0.1
+        slam.on_pose(since, pose)
+        slam.on_range(since - 0.05, 'front', FRONT, distance)
+    return slam, since
+
+
+def test_what_is_too_near_to_be_measured_stands_beside_the_robot():
+    slam, since = beside([(0.02 * k, 0.0, 0.0) for k in range(5)], [-math.inf] * 5)
+    cells = occupied(slam.walls_ahead())
+    assert len(cells) and np.abs(cells[:, 1] - 0.44).max() < 0.06 and cells[:, 0].max() > 0.45
+    turned = [(0.08, 0.0, 0.05 * k) for k in range(4)]
+    slam, since = beside(turned, [-math.inf] * 4, slam, since)
+    cells = occupied(slam.walls_ahead())
+    assert np.abs(cells[:, 1] - 0.44).max() < 0.06  # it does not turn with the robot
+    slam, since = beside([(0.08, 0.0, 0.0)] * 2, [math.inf] * 2, slam, since)
+    assert not len(occupied(slam.walls_ahead()))
+    way = [(0.08 + 0.1 * k, 0.1 * k, 0.0) for k in range(6)]
+    slam, _ = beside(way, [math.inf] * 4 + [-math.inf] * 2, slam, since)  # another thing
+    cells = occupied(slam.walls_ahead())
+    assert len(cells) and np.abs(cells[:, 1] - 0.79).max() < 0.06
+
+
+def test_what_came_nearer_does_so_where_it_is_too_near_to_be_measured():
+    slope, at, steps = 0.25, 0.66, 12
+    x = 0.05 * np.arange(steps)
+    far = (at - slope * (x + FRONT[0]) - FRONT[1]) / math.hypot(1.0, slope)
+    assert (far[-3:] < 0.2).all() and (far[:-3] >= 0.2).sum() > 3
+    slam, _ = beside([(px, 0.0, 0.0) for px in x.tolist()], np.where(far < 0.2, -math.inf, far).tolist())
+    cells = occupied(slam.walls_ahead())
+    ahead = cells[:, 0] > x[-1] + 0.54
+    assert ahead.any() and np.abs(at - slope * cells[:, 0] - cells[:, 1])[ahead].max() < 0.08
+    assert cells[:, 0].max() > x[-1] + 0.54 + 0.2
+
+
+def test_something_unknown_stands_square_to_the_walls():
+    slam, x = driven(at=0.9)
+    turned, since = (x, 0.0, 0.2), 100.0
+    front = compose(turned, FRONT)
+    slam, _ = beside([turned] * 3, [-math.inf] * 3, slam, since)
+    cells = occupied(slam.walls_ahead())
+    cells = cells[np.hypot(*(cells - front[:2]).T) < 0.4]
+    assert len(cells) and np.ptp(cells[:, 1]) < 0.06
+
+
 def test_the_mask_lies_in_the_map():
     slam, _ = driven()
     here = occupied(slam.walls_ahead())

@@ -24,10 +24,12 @@ from sara_sim.world.world import World
 MAPS = ('room', 'doorway', 'flat', 'school')
 LIMIT_S, LEG_S, STOP_S = 1195.0, 60.0, 2.0
 """Of a drive, of the way to a place, and until the chair stands when it is given up."""
+WHOLE_S = 3600.0
+"""Limit of a drive that is to lead everywhere."""
 
 
-def record(name: str, number: int) -> Recording:
-    """Drive `number` on a map: the seed of chair, start and way."""
+def record(name: str, number: int, limit: float = LIMIT_S) -> Recording:
+    """Drive `number` on a map, s long at most: the seed of chair, start and way."""
     world = World.from_yaml(map_file(name))
     start = roomy_pose(grid_of(name), world, random_of(name, 'map', number))
     lockstep = Lockstep(map_file(name), start, number, localization='fake')
@@ -37,11 +39,11 @@ def record(name: str, number: int) -> Recording:
     lockstep.start_up()
     way = 0.0
     survey = Survey(grid_of(name))
-    while lockstep.time < LIMIT_S:
-        stop = survey.next_stop(lockstep.chair.pose, LIMIT_S - lockstep.time)
+    while lockstep.time < limit:
+        stop = survey.next_stop(lockstep.chair.pose, limit - lockstep.time)
         if stop is None:
             break
-        lockstep.result, end = None, min(lockstep.time + LEG_S, LIMIT_S)
+        lockstep.result, end = None, min(lockstep.time + LEG_S, limit)
         lockstep.move_base.set_goal(Pose2D(*stop), lockstep.time)
         while lockstep.result is None and lockstep.time < end + STOP_S:
             if lockstep.time > end:
@@ -53,6 +55,6 @@ def record(name: str, number: int) -> Recording:
     return Recording(np.array(ear.poses), np.array(ear.ranges), tuple(ear.sensors), way)
 
 
-def kept(name: str, number: int, folder: Path) -> Recording:
-    """As `record`; made once and kept in a folder."""
-    return kept_recording(folder / f'sonar_{name}_{number}.npz', lambda: record(name, number))
+def kept(name: str, number: int, folder: Path, limit: float = LIMIT_S) -> Recording:
+    """As `record`; made once and kept in a folder of drives with that limit."""
+    return kept_recording(folder / f'sonar_{name}_{number}.npz', lambda: record(name, number, limit))

@@ -106,12 +106,12 @@ def laid(solved: Solved, pose: Pose) -> Solved:
 
 
 def kept_map(name: str, number: int, folder: Path) -> GridMap:
-    """The map by lines of drive `number` on a map, drawn in that one's frame, on which it is laid by its walls. Drive
-    and map are made once and kept in a folder.
+    """The map by lines of drive `number` on a map, which leads everywhere, drawn in that one's frame, on which it is
+    laid by its walls. Drive and map are made once and kept in a folder.
     """
 
     def make():
-        drive = sonar_drives.kept(name, number, folder / 'sonar_drives')
+        drive = sonar_drives.kept(name, number, folder / 'whole_drives', sonar_drives.WHOLE_S)
         slam = replayed(drive, SonarConfig.of())
         made, solved = made_by(slam, drive, name)
         return arrays_of(slam.map(laid(solved, made.errors.pose)))

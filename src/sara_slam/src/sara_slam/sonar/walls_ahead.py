@@ -2,7 +2,8 @@
 robot's front comes to, and a map is drawn too seldom to tell in time.
 
 Walls that are known go on as far as no sensor looked through them and the body has not been where they would be. Other
-flat things do if the robot comes nearer to them.
+flat things do if the robot comes nearer to them. What is too near to be measured goes on as it did when it was measured;
+where nothing is known of it, it is taken to stand beside the robot, square to the walls.
 """
 
 from __future__ import annotations
@@ -36,6 +37,10 @@ through it.
 """
 ASIDE = 0.7
 """Sine of the angle off the robot's axis from which on a sensor faces aside."""
+TOO_NEAR, TAKEN_FOR = 1.5, 0.75
+"""Of the sensors' least range: up to this something that was known is what is too near to be measured; where something
+unknown is shown.
+"""
 TOGETHER, RECENT, FACES = 0.4, 30, 8
 """m of way, and readings, in which a flat thing is looked for; how many of those are kept."""
 
@@ -52,6 +57,8 @@ class WallsAhead:
         self._open: dict[int, set[int]] = defaultdict(set)
         self._recent: dict[float, deque[tuple[str, float, float, float, float]]] = {}  # of the sensors of one side
         self._faces: deque[tuple[float, np.ndarray]] = deque(maxlen=FACES)
+        self._face_of: dict[str, np.ndarray] = {}  # the newest that a sensor found
+        self._too_near: dict[str, tuple[float, np.ndarray]] = {}  # (s, points) of what a sensor cannot measure
         self._toward, self._now = 1.0, -math.inf
 
     def moved(self, forward: float) -> None:
@@ -64,6 +71,8 @@ class WallsAhead:
         self._now = stamp
         ahead, along, steep = foot(self._filter.walls, *self._filter.sensor(mount))
         steps = np.round(along / STEP).astype(int)
+        if self._too_near.pop(name, None) is not None and distance >= self._config.range_min_range:
+            self._face_of.pop(name, None)
         if wall >= 0:
             self._heard[name] = stamp, wall, mount
             self._open[wall].difference_update(_about(steps[wall]))
@@ -71,8 +80,11 @@ class WallsAhead:
         self._find_faces(stamp, name, mount, distance)
         _, last, _ = self._heard.get(name, (0.0, -1, mount))
         nearest = self._config.range_min_range
-        if last >= 0 and distance < nearest and ahead[last] < 1.5 * nearest:
-            self._heard[name] = stamp, last, mount  # too near to be measured
+        if distance < nearest:
+            if last >= 0 and ahead[last] < TOO_NEAR * nearest:
+                self._heard[name] = stamp, last, mount
+            elif abs(math.sin(mount[2])) >= ASIDE:
+                self._too_near[name] = stamp, self._beside(name, mount)
         through = (ahead > 0.0) & (ahead < NEAR) & (steep < SQUARE) & (distance > ahead + THROUGH)
         for passed in np.flatnonzero(through).tolist():
             self._open[passed].update(_about(steps[passed]))
@@ -92,7 +104,32 @@ class WallsAhead:
         for rows in (own, others[-len(own) :] + own):
             found = face(np.array(rows), yaw, self._toward)
             if found is not None:
-                self._faces.append((stamp, points(found, (x, y, axis), STEP, end)))
+                self._face_of[name] = points(found, (x, y, axis), STEP, end)
+                self._faces.append((stamp, self._face_of[name]))
+
+    def _beside(self, name, mount):
+        """(n, 2) points m of what is too near to be measured by a sensor."""
+        x, y, axis = self._filter.sensor(mount)
+        line = self._face_of.get(name, np.empty((0, 2)))
+        if len(line) > 1:
+            dx, dy = (line[1] - line[0]) / math.dist(*line[:2])
+            rx, ry = line[0, 0] - x, line[0, 1] - y
+            along, facing = -rx * dx - ry * dy, math.cos(axis) * dy - math.sin(axis) * dx
+            if 0.0 < (rx * dy - ry * dx) * math.copysign(1.0, facing) < TOO_NEAR * self._config.range_min_range:
+                end = 0.5 * self._config.body_length - self._toward * mount[0] + FACE_BEYOND
+                return line[0] + np.arange(along - BEHIND, along + end, STEP)[:, None] * (dx, dy)
+        far, yaw = TAKEN_FOR * self._config.range_min_range, self._square()
+        end = math.copysign(1.0, mount[0])
+        dx, dy = end * math.cos(yaw), end * math.sin(yaw)
+        foot = x + far * math.cos(axis), y + far * math.sin(axis)
+        line = foot + np.arange(0.0, 0.5 * self._config.body_length - abs(mount[0]), STEP)[:, None] * (dx, dy)
+        self._face_of[name] = line
+        return line
+
+    def _square(self):
+        """The robot's heading (rad), turned by 45 deg at most to where most walls are along or across it."""
+        yaw = self._filter.pose[2]
+        return yaw + 0.25 * float(np.angle(np.exp(4j * (self._filter.walls[:, 0] - yaw)).sum()))
 
     def _pieces(self, trail):
         """Points (n, 2) m of each thing beside the robot, STEP apart; trail: where it has been."""
@@ -110,6 +147,7 @@ class WallsAhead:
             line = np.column_stack((c * rho - s * places, s * rho + c * places))
             found.append(line[: int(np.argmin(np.append(shut, False)))])
         found += [line for since, line in self._faces if self._now - since <= FACE_KEPT_S]
+        found += [line for since, line in self._too_near.values() if self._now - since <= WALL_KEPT_S]
         found = [line for line in found if len(line)]
         near = _near(np.concatenate(found), np.array(trail), self._config) if found and len(trail) else np.empty((0, 3))
         return [line[: int(np.argmax(np.append(self._walked(line, near), True)))] for line in found]
