@@ -39,7 +39,7 @@ def drawn(page, count):
     page.until(f'document.querySelectorAll("[data-drawn]").length === {count}')
 
 
-@pytest.mark.parametrize('kind', ['free', 'wall', 'keep_out'])
+@pytest.mark.parametrize('kind', ['free', 'wall', 'keep_out', 'slow'])
 def test_two_taps_and_a_button_draw(page, kind):
     begin(page)
     page.click(f'[data-edit={kind}]')

@@ -2,7 +2,12 @@
 
 import { placeName } from './words.js';
 
-const COLOURS = { beyond: '#c9d3db', chair: '#0b4f8a', plan: '#0b7a3b', range: '#c2410c', marker: '#8a1c7c', keepOut: '#a30f1f', ink: '#10202e', halo: '#ffffff' };
+const COLOURS = { beyond: '#c9d3db', chair: '#0b4f8a', plan: '#0b7a3b', range: '#c2410c', marker: '#8a1c7c', ink: '#10202e', halo: '#ffffff' };
+
+const HATCHED = { // kinds of edits
+  keep_out: { line: '#a30f1f', fill: 'rgb(163 15 31 / 12%)', apart: 14 },
+  slow: { line: '#8a5a00', fill: 'rgb(138 90 0 / 10%)', apart: 28 },
+};
 
 /** `scene`: {chair, view, marker: [x, y, yaw] or null, edit: {kind, points} or null}. */
 export function paint(canvas, { chair, view, marker, edit }) {
@@ -41,16 +46,16 @@ function drawMap(brush, { map, image }, view) {
   brush.restore();
 }
 
-/** Keep-out places, hatched; while somebody draws, also what else is drawn, numbered as in the list, and what is about to be. */
+/** Keep-out and slow places, hatched; while somebody draws, also what else is drawn, numbered as in the list, and what is about to be. */
 function drawEdits(brush, edits, view, edit) {
   edits.forEach(({ kind, points }, k) => {
-    if (kind === 'keep_out') hatch(brush, corners(points, view));
+    if (kind in HATCHED) hatch(brush, HATCHED[kind], corners(points, view));
     if (edit) outline(brush, kind, corners(points, view), COLOURS.ink, [6, 5]);
     if (edit) label(brush, String(k + 1), ...middle(corners(points, view)));
   });
   if (!edit) return;
   const spots = corners(edit.points, view);
-  if (spots.length === 2 && edit.kind === 'keep_out') hatch(brush, spots);
+  if (spots.length === 2 && edit.kind in HATCHED) hatch(brush, HATCHED[edit.kind], spots);
   if (spots.length === 2) outline(brush, edit.kind, spots, COLOURS.marker, []);
   for (const [x, y] of spots) {
     brush.fillStyle = COLOURS.marker;
@@ -86,20 +91,20 @@ function outline(brush, kind, [[ax, ay], [bx, by]], colour, dash) {
   brush.setLineDash([]);
 }
 
-function hatch(brush, [[ax, ay], [bx, by]]) {
+function hatch(brush, { line, fill, apart }, [[ax, ay], [bx, by]]) {
   const [left, top, right, bottom] = [Math.min(ax, bx), Math.min(ay, by), Math.max(ax, bx), Math.max(ay, by)];
   brush.save();
   brush.beginPath();
   brush.rect(left, top, right - left, bottom - top);
-  brush.fillStyle = 'rgb(163 15 31 / 12%)';
+  brush.fillStyle = fill;
   brush.fill();
-  brush.strokeStyle = COLOURS.keepOut;
+  brush.strokeStyle = line;
   brush.lineWidth = 3;
   brush.stroke();
   brush.clip();
   brush.lineWidth = 2.5;
   brush.beginPath();
-  for (let x = left - (bottom - top); x < right; x += 14) {
+  for (let x = left - (bottom - top); x < right; x += apart) {
     brush.moveTo(x, bottom);
     brush.lineTo(x + bottom - top, top);
   }

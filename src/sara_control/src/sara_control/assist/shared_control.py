@@ -36,6 +36,7 @@ TURN_BRAKING, TURN_SPARE = 0.6, 0.03  # rad/s2 before what such a turn would mee
 LOOKAHEAD = 0.45  # m, of pure pursuit along the way found
 EFFORT, LOST = 0.3, 3.0  # see way_search.Weights
 ROOM = 4.0  # of lacking room, with full help
+TREMBLES = 4.0  # of what is wished for on average: where room is short, more than that, or the other way, is a tremble
 NARROW_SPEED = 0.15  # m/s at the margin; what is allowed beside an obstacle grows from there
 PIVOT_RATE, LEAST_WAY = 0.6, 0.3  # of max_angular; m that a way must lead on
 
@@ -114,11 +115,17 @@ class SharedControl:
             return Assisted(v, w, Correction.UNKNOWN)
         pose = advanced(*map(float, pose), *map(float, driven), self.config.latency)
         steady = self._averaged(t, v, w)
-        if v == 0.0 or self._turns(steady):
+        if gap(self._field, self._outline, *pose) < self.config.clear:
+            v, w = (_calmed(now, mean) for now, mean in zip((v, w), steady))
+        if self._turns(steady) or wish[0] == 0.0:
             self._last = 0.0
-            result = self._turn(v, w, pose)
+            result = self._turn(v, w, steady, pose)
+        elif v == 0.0:
+            result = Assisted(0.0, 0.0, None)
         else:
             result = self._drive((v, w), steady, pose)
+        if result.correction is None and (v, w) != tuple(wish):
+            result = result._replace(correction=Correction.CALMER)
         self._insistence.corrected(AGAINST.get(result.correction))
         self._then = t
         return result
@@ -139,18 +146,20 @@ class SharedControl:
         """Whether a wish (m/s, rad/s) is to turn in place, or nearly."""
         return abs(wish[0]) < SLOW or abs(wish[1]) / self.config.turn_slip > SHARPEST * abs(wish[0])
 
-    def _turn(self, v, w, pose):
+    def _turn(self, v, w, steady, pose):
         """Less of a command where there is no room to turn; or to drive, where the rider just begins to."""
         c = self.config
-        if not self._turns((v, w)):
-            wish = Wish(math.copysign(1.0, v), w / abs(v) / c.turn_slip, OWN_LOOK)
-            return self._slower(v, w, pose, wish)
-        free = rollouts.free_turn(self._field, self._outline, pose, math.copysign(TURN_LOOK, w), c.margin)
+        drives = not self._turns((v, w))
+        side = w if w != 0.0 and not drives else steady[1]
+        free = rollouts.free_turn(self._field, self._outline, pose, math.copysign(TURN_LOOK, side), c.margin)
         rate = math.sqrt(2.0 * TURN_BRAKING * max(free - TURN_SPARE, 0.0))
-        if free >= TURN_LOOK - 1e-6 or rate >= abs(w):
-            return Assisted(v, w, None)
         if rate < SLOW:
             return Assisted(0.0, 0.0, Correction.STOPS)
+        if drives:
+            wish = Wish(math.copysign(1.0, v), w / abs(v) / c.turn_slip, OWN_LOOK)
+            return self._slower(v, w, pose, wish)
+        if free >= TURN_LOOK - 1e-6 or rate >= abs(w):
+            return Assisted(v, w, None)
         return Assisted(v * rate / abs(w), math.copysign(rate, w), Correction.SLOWER)
 
     def _drive(self, command, steady, pose):
@@ -214,9 +223,9 @@ class SharedControl:
         return 2.0 * aside / max(dx * dx + dy * dy, 1e-6)
 
     def _averaged(self, t, v, w):
-        """What is wished for (m/s, rad/s), averaged over steady_time; as it is, where it turns round."""
+        """What is wished for (m/s, rad/s), averaged over steady_time."""
         before = self._steady
-        if before is None or self._then is None or self.config.steady_time == 0.0 or v * before[0] < 0.0:
+        if before is None or self._then is None or self.config.steady_time == 0.0:
             self._steady = v, w
         else:
             share = 1.0 - math.exp(-max(t - self._then, 0.0) / self.config.steady_time)
@@ -239,3 +248,8 @@ class SharedControl:
         share = min(max((nearest - c.margin) / (c.clear - c.margin), 0.0), 1.0)
         beside = NARROW_SPEED + (c.max_linear - NARROW_SPEED) * min(2.0 * share, 1.0)
         return min(math.sqrt(2.0 * c.braking * free), beside if share < 0.5 else math.inf)
+
+
+def _calmed(now, mean):
+    """A wish without what trembles about its average."""
+    return math.copysign(min(abs(now), TREMBLES * abs(mean)), now) if (now > 0.0) == (mean > 0.0) else 0.0

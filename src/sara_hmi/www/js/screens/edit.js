@@ -1,9 +1,9 @@
-// Drawing on the map: erase what does not stand there, close a door, keep the chair out. Two points by taps, or by buttons alone.
+// Drawing on the map: erase what does not stand there, close a door, keep the chair out, have it go slowly. Two points by taps, or by buttons alone.
 
 import { button, el, fill } from '../dom.js';
 import { number, say } from '../words.js';
 
-const TOOLS = ['free', 'wall', 'keep_out'];
+const TOOLS = ['free', 'wall', 'keep_out', 'slow'];
 const STEP = 0.1; // m
 const APART = 0.5; // m, where the second point is put by a button, from the first
 

@@ -132,8 +132,13 @@ class LayeredCostmap:
 
     @property
     def keepout_layers(self) -> dict[str, Layer]:
-        """The layers that hold keep-out places, by their names: those with set_mask."""
-        return {name: layer for name, layer in self.layers.items() if hasattr(layer, 'set_mask')}
+        """The layers that hold keep-out places, by their names: those that forbid places."""
+        return {name: layer for name, layer in self.layers.items() if hasattr(layer, 'forbids')}
+
+    @property
+    def speed_layers(self) -> dict[str, Layer]:
+        """The layers that limit the speed, by their names: those that tell of which share is allowed."""
+        return {name: layer for name, layer in self.layers.items() if hasattr(layer, 'share')}
 
     @property
     def free_margin(self) -> float:

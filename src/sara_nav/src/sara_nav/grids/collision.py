@@ -35,13 +35,20 @@ class Ground(NamedTuple):
     """Unknown cells count as obstacles."""
 
 
+class SlowPlaces(Protocol):
+    """Where the robot drives slower."""
+
+    def share(self, poses: np.ndarray, points: np.ndarray) -> np.ndarray:
+        """(n,) the share of the greatest speed at poses (n, 3) of a body that covers points (k, 2), m."""
+
+
 class LocalWorld:
     """A costmap with a robot's footprint on it.
 
     footprint: corners (k, 2), metres, robot's frame. ``unknown_blocks``: unknown cells are obstacles. offset: pose of
     the global frame's origin in the costmap's frame; poses are in the global frame unless a method says otherwise.
     ``points`` (n, 2): all over the footprint, robot's frame; ``box``: see ``box_of``; ``radius``: of the footprint's
-    farthest corner. ``shift``: the offset as (x, y, yaw).
+    farthest corner. ``shift``: the offset as (x, y, yaw). ``slow``: SlowPlaces in the costmap's frame.
     """
 
     def __init__(
@@ -50,12 +57,13 @@ class LocalWorld:
         footprint: np.ndarray,
         unknown_blocks: bool = True,
         offset: Pose2D = Pose2D(0.0, 0.0, 0.0),
+        slow: tuple[SlowPlaces, ...] = (),
     ) -> None:
         self.costmap = costmap
         self.geometry = costmap.geometry
         self.footprint = np.ascontiguousarray(footprint, dtype=np.float64)
         self.unknown_blocks = bool(unknown_blocks)
-        self.offset = offset
+        self.offset, self.slow = offset, slow
         self.shift = (float(offset.x), float(offset.y), float(offset.yaw))
         self.points, self.box, self.radius = _covering(self.footprint.tobytes(), 0.5 * costmap.geometry.resolution)
 
@@ -67,6 +75,11 @@ class LocalWorld:
     def to_local(self, poses: np.ndarray) -> np.ndarray:
         """Return poses (n, 3) of the global frame in the costmap's frame, float64 (n, 3), yaw not wrapped."""
         return moved(np.array(poses, dtype=np.float64, ndmin=2, order='C'), self.shift)
+
+    def speed_share(self, poses: np.ndarray) -> np.ndarray:
+        """Return the share, above 0 to 1, of the greatest speed that is allowed at each pose of poses (n, 3)."""
+        shares = [places.share(self.to_local(poses), self.points) for places in self.slow]
+        return np.min(shares, axis=0) if shares else np.ones(len(poses))
 
     def touched(self, poses: np.ndarray) -> np.ndarray:
         """Return how many of the footprint's points lie on obstacles at each pose of poses (n, 3), int64 (n,)."""

@@ -71,7 +71,8 @@ class LatticePlanner:
         """Return a plan (n, 3) from Pose2D start to Pose2D goal, both included and exact; raises PlanError.
 
         Rows are poses of the robot: astern, it moves against its yaw; rows at one place are a turn. A goal that cannot
-        be reached moves to the nearest place that can, within default_tolerance; ``goal_used`` says.
+        be reached moves to the nearest place that can, within default_tolerance; ``goal_used`` says. One within
+        turn_only_distance of where the robot is, and may turn, is only turned to.
         """
         require_finite(start, goal)
         self.goal_used, self.expanded = goal, 0
@@ -80,6 +81,8 @@ class LatticePlanner:
             for pose in (start, goal)
         )
         problem = self._problem(costmap, start)
+        if start.distance(goal) <= self.config.turn_only_distance and problem.may_turn(start, goal.yaw):
+            goal = Pose2D(start.x, start.y, goal.yaw)
         try:
             return problem.plan(start, goal)
         except PlanError:

@@ -5,6 +5,7 @@ taken back.
     - free: [[1.0, 2.0], [1.5, 2.5]]          # a rectangle by two opposite corners: nothing stands there
     - wall: [[3.0, 0.0], [3.0, 0.9]]          # a line by its two ends: closed, such as a door
     - keep_out: [[4.0, 1.0], [5.0, 2.0]]      # a rectangle where the robot is not to drive
+    - slow: [[2.0, 3.8], [2.9, 4.0]]          # a rectangle where it drives slower, such as a threshold
 
 Points are x, y (m) in the map frame; rectangles lie along its axes. Later edits cover earlier ones.
 """
@@ -23,8 +24,9 @@ from sara_common.files import write_whole
 from sara_nav.grids.grid import GridGeometry
 from sara_nav.maps.map_io import FREE, OCCUPIED, GridMap, MapError
 
-CLEARED, WALL, KEEP_OUT = 'free', 'wall', 'keep_out'
-KINDS = (CLEARED, WALL, KEEP_OUT)
+CLEARED, WALL, KEEP_OUT, SLOW = KINDS = 'free', 'wall', 'keep_out', 'slow'
+SLOW_PERCENT = 40
+"""Of the greatest speed, in slow places."""
 MOST = 200
 """Edits that a map may have."""
 FARTHEST = 1e4
@@ -149,8 +151,10 @@ def _rounded(point):
 
 
 def drawn(grid_map: GridMap, edits: Sequence[Edit]) -> GridMap:
-    """A GridMap with what is freed and walled; the same object where nothing is. Keep-out places are not on it."""
-    shown = [edit for edit in edits if edit.kind != KEEP_OUT]
+    """A GridMap with what is freed and walled; the same object where nothing is. Keep-out and slow places are not on
+    it.
+    """
+    shown = [edit for edit in edits if edit.kind in (CLEARED, WALL)]
     if not shown:
         return grid_map
     data = np.array(grid_map.data, np.int8)
@@ -162,11 +166,20 @@ def drawn(grid_map: GridMap, edits: Sequence[Edit]) -> GridMap:
 
 def keep_out_mask(grid_map: GridMap, edits: Sequence[Edit]) -> GridMap:
     """The keep-out places on a GridMap's cells: 100 where the robot is not to drive, 0 elsewhere."""
+    return _mask(grid_map, edits, KEEP_OUT, OCCUPIED)
+
+
+def speed_mask(grid_map: GridMap, edits: Sequence[Edit]) -> GridMap:
+    """The slow places on a GridMap's cells: per cent of the greatest speed there, 0 elsewhere."""
+    return _mask(grid_map, edits, SLOW, SLOW_PERCENT)
+
+
+def _mask(grid_map, edits, kind, value):
     mask = np.zeros(grid_map.geometry.shape, np.int8)
     for edit in edits:
-        if edit.kind == KEEP_OUT:
+        if edit.kind == kind:
             part, inside = _cells(grid_map.geometry, grid_map.origin_yaw, edit)
-            mask[part][inside] = OCCUPIED
+            mask[part][inside] = value
     return replace(grid_map, data=mask)
 
 

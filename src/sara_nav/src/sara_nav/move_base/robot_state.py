@@ -21,9 +21,9 @@ def sound(pose: Pose2D) -> bool:
     return pose.is_finite() and abs(pose.x) <= FARTHEST and abs(pose.y) <= FARTHEST
 
 
-def within_limits(v: float, w: float, config: Any) -> tuple[float, float]:
+def within_limits(v: float, w: float, config: Any, slow: float = 1.0) -> tuple[float, float]:
     """Return a command (m/s, rad/s) slowed on its arc to what a local planner's parameters allow, where they have
-    limits.
+    limits; slow: share of the greatest speed that is allowed here.
 
     A planner that brakes a robot from the speed that was measured may else command a speed nobody allowed, when that
     measurement is wrong.
@@ -33,6 +33,7 @@ def within_limits(v: float, w: float, config: Any) -> tuple[float, float]:
         abs(getattr(config, 'min_vel_x', 0.0)),
         abs(getattr(config, 'escape_vel', 0.0)),
     )
+    fastest *= slow
     quickest = max(abs(getattr(config, 'max_vel_theta', 0.0)), abs(getattr(config, 'min_vel_theta', 0.0)))
     share = min(
         fastest / abs(v) if 0.0 < fastest < abs(v) else 1.0, quickest / abs(w) if 0.0 < quickest < abs(w) else 1.0

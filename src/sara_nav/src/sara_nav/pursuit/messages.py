@@ -6,7 +6,7 @@ import math
 from collections.abc import Hashable
 
 from sara_nav.pursuit.path_tracker import Leg
-from sara_nav.pursuit.speed_plan import AHEAD, BEND, BLOCKED, END, FREE, NARROW, Pace
+from sara_nav.pursuit.speed_plan import AHEAD, BEND, BLOCKED, END, FREE, NARROW, SLOW, Pace
 
 HELD = 1.0
 """Seconds for which figures in a sentence stay."""
@@ -18,6 +18,7 @@ WHY = {
     AHEAD: ': {size:.2f} m free ahead',
     END: ': {then}',
     BLOCKED: ': something in the way {size:.2f} m further on',
+    SLOW: ': a slow place',
 }
 """What is said of a speed_plan.Cause."""
 

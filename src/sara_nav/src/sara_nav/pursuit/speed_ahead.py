@@ -28,8 +28,12 @@ SUDDEN = 0.05
 """A cap that would be missed by more than this (m) appeared suddenly: the robot brakes harder for it."""
 REACH = 1.2
 """How far (m) about the robot gaps are looked for."""
-FREE, BEND, NARROW, AHEAD, END, BLOCKED = range(6)
+FREE, BEND, NARROW, AHEAD, END, BLOCKED, SLOW = range(7)
 """Why the robot is slow."""
+
+
+NOT_SLOW = smooth_speed.Caps(np.empty(0), np.empty(0))
+"""No slow places."""
 
 
 class Limits(NamedTuple):
@@ -179,9 +183,10 @@ def caps_ahead(
     rules: tuple[Limits, Regulation],
     seen: tuple[np.ndarray, np.ndarray],
     free: float,
+    slow: smooth_speed.Caps,
 ) -> Caps:
-    """Return the Caps below the highest speed: of the places every STEP ahead, of the leg's end, and of a blocked
-    place.
+    """Return the Caps below the highest speed: of the places every STEP ahead, of the leg's end, of a blocked place,
+    and of slow places.
 
     rules: (Limits, Regulation). seen: gaps and what is free ahead at those places, m (n,). free: see free_distance.
     """
@@ -189,7 +194,8 @@ def caps_ahead(
     gap, ahead = seen
     s, curvatures, changes = samples.s, samples.curvature, samples.size_of_change
     n = len(gap)
-    caps = Caps(np.empty(n + 2), np.empty(n + 2), np.empty(n + 2, np.int64), np.empty(n + 2, np.int64))
+    most = n + len(slow.ahead) + 2
+    caps = Caps(np.empty(most), np.empty(most), np.empty(most, np.int64), np.empty(most, np.int64))
     kept = 0
     for i in range(n):
         at = place.along + i * STEP
@@ -204,6 +210,8 @@ def caps_ahead(
     kept = _keep(caps, kept, place.left, 0.0, END, 0)
     if free < np.inf:
         kept = _keep(caps, kept, free, 0.0, BLOCKED, 0)
+    for i in range(len(slow.ahead)):
+        kept = _keep(caps, kept, slow.ahead[i], slow.speed[i], SLOW, 0)
     return Caps(caps.ahead[:kept], caps.speed[:kept], caps.why[:kept], caps.place[:kept])
 
 
@@ -258,12 +266,14 @@ def pace(
     driven: Driven,
     rules: tuple[Limits, Regulation],
     surroundings: tuple[collision.Ground, Body],
+    slow: smooth_speed.Caps,
     dt: float,
 ) -> tuple[float, float, float, int, float, float, float]:
     """Return (speed, acceleration, cap, why, size, x, y) of the next command after dt (s), see speed_plan.Pace; x, y
     (m, robot's frame): of what is narrow.
 
     samples, place: of the Leg. driven: a Driven. rules: (Limits, Regulation). surroundings: (Ground, Body).
+    slow: of slow places.
     """
     limits, regulation = rules
     ground, body = surroundings
@@ -272,7 +282,7 @@ def pace(
     view = clearance.Ahead(-1.0 if place.backward else 1.0, body.front, body.span, regulation.slope, REACH)
     gap, near_x, near_y, ahead = clearance.gaps(ground, body.corners, collision.moved(poses, body.shift), view)
     free = free_distance(samples, place, end, ground, body)
-    caps = caps_ahead(samples, place, driven, rules, (gap, ahead), free)
+    caps = caps_ahead(samples, place, driven, rules, (gap, ahead), free, slow)
     after, chosen, at = next_speed(driven.motion, caps, limits, dt)
     if chosen <= 0.0 and after < CREEP and place.left > 0.0 and free > 0.0:
         after, chosen = creep(driven.motion, limits.comfort.acceleration, dt), 0.0
@@ -294,6 +304,7 @@ def warm() -> None:
         Driven(Motion(0.1, 0.0), 0.0, 1.0),
         (limits, Regulation(*[0.5] * 6)),
         (ground, Body(corners, corners, (0.0,) * 5, (0.0, 0.0, 0.0), 1.0, 1.0)),
+        NOT_SLOW,
         0.05,
     )
     gap_cap(0.1, 0.1, 0.5, 0.3)

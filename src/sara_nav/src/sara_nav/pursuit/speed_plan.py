@@ -1,22 +1,24 @@
 """How fast to drive on a leg: what lies on the way ahead caps the speed there, and braking for it begins in time.
 
 Caps come from the bends of the path (turn rate, its change, lateral acceleration), from the gap between body and
-obstacles, from what lies ahead (as a safety function behind would slow for it) and from the end of the leg. Regulating
-pursuit by curvature and clearance is Macenski et al. (2023, Regulated pure pursuit); braking for caps ahead is the time
-scaling of a path (Bobrow et al. 1985) within jerk.
+obstacles, from what lies ahead (as a safety function behind would slow for it), from slow places and from the end of
+the leg. Regulating pursuit by curvature and clearance is Macenski et al. (2023, Regulated pure pursuit); braking for
+caps ahead is the time scaling of a path (Bobrow et al. 1985) within jerk.
 """
 
 import math
 from typing import NamedTuple
 
+import numpy as np
+
 from sara_nav.grids.clearance import lead, place_of
 from sara_nav.grids.collision import LocalWorld
 from sara_nav.pursuit import speed_ahead
-from sara_nav.pursuit.path_tracker import Leg
+from sara_nav.pursuit.path_tracker import Leg, poses_at
 from sara_nav.pursuit.rotate_then_pursue_config import RotateThenPursueConfig
-from sara_nav.pursuit.smooth_speed import Motion, SpeedLimits
+from sara_nav.pursuit.smooth_speed import Caps, Motion, SpeedLimits
 
-FREE, BEND, NARROW, AHEAD, END, BLOCKED = KINDS = ('free', 'bend', 'narrow', 'ahead', 'end', 'blocked')
+FREE, BEND, NARROW, AHEAD, END, BLOCKED, SLOW = KINDS = 'free', 'bend', 'narrow', 'ahead', 'end', 'blocked', 'slow'
 """Why it is slow, in the order of speed_ahead's numbers."""
 
 
@@ -67,11 +69,23 @@ class SpeedPlan:
         """Return the Pace of the next command, dt (s) after the last, where the robot is on the leg."""
         front, span = lead(world.footprint, leg.backward)
         body = speed_ahead.Body(world.footprint, world.points, world.box, world.shift, front, span)
+        rules, slow = self._rules[leg.backward], self._slow(leg, driven, world)
         after, acceleration, cap, why, size, x, y = speed_ahead.pace(
-            leg.samples, leg.place, driven, self._rules[leg.backward], (world.ground, body), float(dt)
+            leg.samples, leg.place, driven, rules, (world.ground, body), slow, float(dt)
         )
         where = place_of(x, y, world.footprint) if KINDS[why] == NARROW else ''
         return Pace(after, acceleration, cap, Cause(KINDS[why], size, where))
+
+    def _slow(self, leg, driven, world):
+        """The smooth_speed.Caps of the slow places on the leg, as far as is looked ahead."""
+        if not world.slow:
+            return speed_ahead.NOT_SLOW
+        limits, _ = self._rules[leg.backward]
+        end = speed_ahead.horizon(driven.motion, leg.place.left, limits.comfort)
+        ahead = speed_ahead.evenly(end + speed_ahead.STEP, speed_ahead.STEP)
+        share = world.speed_share(poses_at(leg.samples, leg.place.along + ahead, leg.backward))
+        on = share < 1.0
+        return Caps(ahead[on], np.maximum(share[on] * limits.max_vel_x, speed_ahead.CREEP))
 
 
 def driven_now(speed: float, acceleration: float, curvature: float, turn_gain: float) -> speed_ahead.Driven:

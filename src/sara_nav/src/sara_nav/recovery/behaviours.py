@@ -21,7 +21,12 @@ from sara_nav.costmaps.layered_costmap import LayeredCostmap
 from sara_nav.goals.driven_path import Track
 from sara_nav.grids.collision import LocalWorld
 
-NOT_CLEARED = ('costmap_2d::StaticLayer', 'sara_nav/KeepoutFilter', 'costmap_2d::InflationLayer')
+NOT_CLEARED = (
+    'costmap_2d::StaticLayer',
+    'sara_nav/KeepoutFilter',
+    'sara_nav/SpeedFilter',
+    'costmap_2d::InflationLayer',
+)
 """Layers that hold nothing a sensor has seen."""
 
 

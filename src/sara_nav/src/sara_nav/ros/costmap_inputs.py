@@ -20,12 +20,14 @@ from sara_nav.costmaps.layered_costmap import LayeredCostmap
 from sara_nav.costmaps.layers.keepout import KeepoutFilter
 from sara_nav.costmaps.layers.obstacle import ObstacleLayer
 from sara_nav.costmaps.layers.range_sensor import RangeReading, RangeSensorLayer
+from sara_nav.costmaps.layers.speed import SpeedFilter
 from sara_nav.costmaps.layers.static import StaticLayer
 from sara_nav.costmaps.observations import CloudLayout, Observation, cloud_points, scan_rays, transformed
 from sara_nav.ros import conversions as conv
 from sara_nav.ros.common import TransformListener
 
 MESSAGES = {'LaserScan': LaserScan, 'PointCloud': PointCloud, 'PointCloud2': PointCloud2}
+MASKED = KeepoutFilter, SpeedFilter
 LEVEL = 0.1
 """A range sensor whose axis has less than this of its length in the plane looks up or down, and is not used."""
 
@@ -60,7 +62,7 @@ class CostmapInputs:
         for layer in self._costmap.layers.values():
             if isinstance(layer, StaticLayer):
                 self._listen_to_maps(layer)
-            elif isinstance(layer, KeepoutFilter):
+            elif isinstance(layer, MASKED):
                 self._subscribe(layer.config.mask_topic, numpy_msg(OccupancyGrid), self._on_map, layer, 1)
             elif isinstance(layer, ObstacleLayer):
                 for source in layer.config.sources:
@@ -150,7 +152,7 @@ class CostmapInputs:
                 return
             if not frame or (frame != self._costmap.config.global_frame and not layer.rolling):
                 raise ValueError(f'it is in frame {frame!r} but global_frame is {self._costmap.config.global_frame!r}')
-            if isinstance(layer, KeepoutFilter):
+            if isinstance(layer, MASKED):
                 layer.set_mask(data)
             elif not layer.set_map(data):
                 return

@@ -2,8 +2,8 @@
 robot's front comes to, and a map is drawn too seldom to tell in time.
 
 Walls that are known go on as far as no sensor looked through them and the body has not been where they would be. Other
-flat things do if the robot comes nearer to them. What is too near to be measured goes on as it did when it was measured;
-where nothing is known of it, it is taken to stand beside the robot, square to the walls.
+flat things do if the robot comes nearer to them. What is too near to be measured goes on as it did when it was
+measured; where nothing is known of it, it is taken to stand beside the robot, square to the walls.
 """
 
 from __future__ import annotations

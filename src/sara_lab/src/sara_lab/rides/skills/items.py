@@ -15,6 +15,7 @@ from functools import cache
 from sara_lab.journeys.tight_places import block, places
 from sara_lab.judge.contact_watch import PERSON
 from sara_lab.rides.skills.skill import BEHIND, LEFT, Criteria, Move, Push, Skill, straight
+from sara_nav.maps.edits import SLOW, Edit
 from sara_sim.pedestrians.pedestrian import Pedestrian, PedestrianConfig
 from sara_sim.riders.way import rounded
 from sara_sim.world.obstacles import Obstacle, Thing
@@ -163,9 +164,10 @@ def _slope(yaw: float, item: str) -> Skill:
 
 
 def _threshold() -> Skill:
-    """Over a strip that is 2 cm high and 10 cm deep."""
+    """Over a strip that is 2 cm high and 10 cm deep, which is drawn over the map as a slow place: no sensor sees it."""
     made = _ahead(8.0, 2.0, 60.0, 'gets over a threshold of 2 cm (WST)')
-    return replace(made, thresholds=(Threshold(5.2, 1.0, 0.1, 2.0, 0.0, 0.02),))
+    slow = Edit(SLOW, (5.1, 0.0), (5.3, 2.0))
+    return replace(made, thresholds=(Threshold(5.2, 1.0, 0.1, 2.0, 0.0, 0.02),), edits=(slow,))
 
 
 def _stop(forward: float, left: float) -> Skill:

@@ -14,6 +14,7 @@ from typing import NamedTuple
 
 from sara_bringup.lockstep.lockstep import world_of
 from sara_lab.journeys.tight_places import Rectangle
+from sara_nav.maps.edits import Edit
 from sara_nav.maps.map_io import GridMap
 from sara_sim.world.obstacles import Thing
 from sara_sim.world.terrain import Ramp, Threshold
@@ -79,7 +80,7 @@ def nothing(_world: World, _seed: int) -> tuple[Thing, ...]:
 class Skill:
     """item: what is asked for, and by whom. grid: the map. start: Pose. goals: Poses to come to, one after the other.
     moves: the same for a rider. criteria: Criteria. push: instead of goals and moves, a Push, or None. things: (World,
-    seed) -> what is there and not on the map. ramps, thresholds: of the floor.
+    seed) -> what is there and not on the map. ramps, thresholds: of the floor. edits: drawn over the map.
     """
 
     item: str
@@ -92,6 +93,7 @@ class Skill:
     things: Callable[[World, int], tuple[Thing, ...]] = nothing
     ramps: tuple[Ramp, ...] = ()
     thresholds: tuple[Threshold, ...] = ()
+    edits: tuple[Edit, ...] = ()
 
     def world(self, seed: int) -> World:
         """With all that stands, slopes and walks there."""

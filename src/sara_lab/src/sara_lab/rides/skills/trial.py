@@ -25,6 +25,7 @@ from sara_lab.rides.ride import STICK_STEPS, prepare, steer, stick_of
 from sara_lab.rides.skills.items import skills
 from sara_lab.rides.skills.score import STILL, Score, of_goals, of_push, unsafe
 from sara_lab.rides.skills.skill import PATIENT, Skill
+from sara_nav.maps.edits import speed_mask
 from sara_sim.chair import STEP_S
 from sara_sim.riders.driving import Manner, WayDriver
 from sara_sim.riders.impairments import Tremor
@@ -97,6 +98,8 @@ def drive(name: str, way: str, seed: int, watch: Callable[[Lockstep], None] | No
 def _drive(name, way, seed, watch, share=1.0):
     skill = skills()[name]
     lockstep = Lockstep(skill.world(seed), begin(name, seed), seed, known=skill.grid)
+    for layer in lockstep.move_base.local_costmap.speed_layers.values():
+        layer.set_mask(speed_mask(skill.grid, skill.edits))
     assisted = prepare(lockstep, RIDE_WAYS[way])
     tilt = Tilt(watch)
     recorder = Recorder(lockstep, tilt)

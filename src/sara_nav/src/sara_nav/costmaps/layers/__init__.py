@@ -5,6 +5,7 @@ from sara_nav.costmaps.layers.inflation import InflationLayer
 from sara_nav.costmaps.layers.keepout import KeepoutFilter
 from sara_nav.costmaps.layers.obstacle import ObstacleLayer
 from sara_nav.costmaps.layers.range_sensor import RangeSensorLayer
+from sara_nav.costmaps.layers.speed import SpeedFilter
 from sara_nav.costmaps.layers.static import StaticLayer
 
 LAYERS = Registry(
@@ -21,6 +22,7 @@ for _name, _layer in (
     ('costmap_2d::ObstacleLayer', ObstacleLayer),
     ('range_sensor_layer::RangeSensorLayer', RangeSensorLayer),
     ('sara_nav/KeepoutFilter', KeepoutFilter),
+    ('sara_nav/SpeedFilter', SpeedFilter),
     ('costmap_2d::InflationLayer', InflationLayer),
 ):
     LAYERS.register(_name)(_layer)
