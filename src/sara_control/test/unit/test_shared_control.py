@@ -126,6 +126,58 @@ class TestLaws:
             assert result == (v, w, None)
 
 
+    @given(places(), st.lists(st.tuples(speeds, turns), min_size=1, max_size=12))
+    @settings(max_examples=60, deadline=None)
+    def test_so_it_is_whatever_was_wished_for_before(self, place, wishes):
+        grid, pose = place
+        assist = knows(grid)
+        for k, (v, w) in enumerate(wishes):
+            result = assist.step(0.05 * k, (v, w), pose)
+            assert abs(result.v) <= abs(v) + 1e-12 and result.v * v >= 0.0
+            assert abs(result.w) <= max(CONFIG.max_angular, abs(w)) + 1e-12
+
+
+class TestTrembles:
+    """A hand that trembles by more than it asks for."""
+
+    NEAR, OPEN = (0.87, 2.0, math.pi), (3.0, 3.0, math.pi)  # 0.3 m before a wall; in the middle of a room
+
+    @staticmethod
+    def hand(v, w, seconds=4.0):
+        """[(s, (v, w))] of a stick that asks for v and w and trembles at 4 and 5 Hz."""
+        return [
+            (t, (v + 0.3 * math.sin(25.1 * t), w + 0.5 * math.sin(31.4 * t + 1.0)))
+            for t in np.arange(0.0, seconds, 0.05).tolist()
+        ]
+
+    @staticmethod
+    def driven(wishes, pose):
+        """[Assisted] of a robot that stands at a pose in a room."""
+        assist, room, results = knows(world(6.0, 6.0)), world(6.0, 6.0), []
+        for t, wish in wishes:
+            assist.on_grid(room, t)
+            results.append(assist.step(t, wish, pose))
+        return results
+
+    def test_where_room_is_short_it_moves_nothing_to_and_fro(self):
+        results = self.driven(self.hand(0.1, 0.0), self.NEAR)
+        assert all(result.v >= 0.0 for result in results[10:])
+        assert any(result.correction is Correction.CALMER for result in results)
+
+    def test_a_turn_that_is_not_free_stands_still(self):
+        results = self.driven(self.hand(0.0, 0.25), (3.0, 0.34, 0.0))  # its side at a wall
+        assert all((result.v, result.w) == (0.0, 0.0) for result in results[10:])
+
+    def test_in_the_open_it_is_the_wish(self):
+        wishes = self.hand(0.1, 0.1)
+        assert self.driven(wishes, self.OPEN) == [(*wish, None) for _, wish in wishes]
+
+    def test_who_turns_round_is_soon_obeyed(self):
+        wishes = [(0.05 * k, (0.3 if k < 20 else -0.3, 0.0)) for k in range(30)]
+        backs = [result.v for result in self.driven(wishes, self.NEAR)[20:]]
+        assert backs[0] == 0.0 and backs[-1] == -0.3 and sorted(backs, reverse=True) == backs
+
+
 class TestWhatItKnows:
     @pytest.mark.parametrize('pose', [None, (NAN, 0.0, 0.0), (0.0, math.inf, 0.0)])
     def test_without_a_pose_it_leaves_the_rider_to_the_gate(self, pose):
