@@ -1,5 +1,7 @@
 #!/usr/bin/env python3
-"""What is drawn over a map: map_server shows it, and move_base keeps out of where it is not to drive."""
+"""What is drawn over a map: map_server shows it, and move_base keeps out of where it is not to drive, and is slow
+where it is to be.
+"""
 
 import os
 import shutil
@@ -20,7 +22,7 @@ from nav_msgs.srv import GetMap, LoadMap
 from std_srvs.srv import Trigger
 
 from sara_nav.maps import edits
-from sara_nav.maps.edits import CLEARED, KEEP_OUT, WALL, Edit
+from sara_nav.maps.edits import CLEARED, KEEP_OUT, SLOW, WALL, Edit
 from sara_nav.maps.map_io import load_map
 
 sys.path.append(os.path.join(os.path.dirname(os.path.realpath(__file__)), 'support'))
@@ -63,12 +65,12 @@ class EditsTest(unittest.TestCase):
         rospy.sleep(1.5)
 
     def go(self, x, y):
-        """Drive; returns (the action's state, its text, where the robot was (n, 2))."""
+        """Drive; returns (the action's state, its text, where the robot was and how fast: x, y, v (n, 3))."""
         self.client.send_goal(MoveBaseGoal(target_pose=stamped(x, y, 0.0)))
         way, end = [], rospy.Time.now() + rospy.Duration(90.0)
         while not self.client.wait_for_result(rospy.Duration(0.1)) and rospy.Time.now() < end:
-            way.append((self.robot.x, self.robot.y))
-        return self.client.get_state(), self.client.get_goal_status_text(), np.array(way).reshape(-1, 2)
+            way.append((self.robot.x, self.robot.y, self.robot.v))
+        return self.client.get_state(), self.client.get_goal_status_text(), np.array(way).reshape(-1, 3)
 
     def test_it_drives_round_a_keep_out_place_that_the_map_does_not_show(self):
         self.draw(PLACE)
@@ -114,6 +116,15 @@ class EditsTest(unittest.TestCase):
         state, text, way = self.go(4.0, 1.0)
         self.assertEqual(state, GoalStatus.SUCCEEDED, text)
         self.assertLess(way[:, 1].max(), 1.8)
+
+    def test_it_is_slow_where_it_is_to_be(self):
+        for drawn, least, most in (((Edit(SLOW, (2.4, 0.0), (2.6, 2.0)),), 0.2, 0.36), ((), 0.45, 0.8)):
+            self.robot.put(1.0, 1.0, 0.0)
+            self.draw(*drawn)
+            state, text, way = self.go(4.0, 1.0)
+            self.assertEqual(state, GoalStatus.SUCCEEDED, text)
+            speeds = way[abs(way[:, 0] - 2.5) < 0.5, 2]
+            self.assertTrue(least < speeds.max() <= most, speeds)
 
     def test_the_map_shows_what_is_erased_and_closed_at_once(self):
         plain = load_map(self.map)

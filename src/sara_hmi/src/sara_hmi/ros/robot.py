@@ -61,9 +61,10 @@ class RosRobot(RobotInputs):
         self._edits = EditsFile(lambda held: server.post(server.screen.on_edits, held))
         self._places_file = config.places or rospy.get_param('/places_file', '')
         super().__init__(config, lambda message: self._later(self._on_map, message), self._on_said)
-        self._mask = rospy.Subscriber(
-            'keepout_filter_mask', rospy.AnyMsg, lambda _: self._later(self._edits.read), queue_size=1
-        )
+        self._masks = [
+            rospy.Subscriber(topic, rospy.AnyMsg, lambda _: self._later(self._edits.read), queue_size=1)
+            for topic in ('keepout_filter_mask', 'speed_filter_mask')
+        ]
         threading.Thread(target=self._work, name='orders', daemon=True).start()
         self._later(self._tell_places)
 

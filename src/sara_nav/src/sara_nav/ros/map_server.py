@@ -24,7 +24,9 @@ USAGE = (
 
 
 class MapServer:
-    """Topics map, map_metadata and keepout_filter_mask, services static_map, change_map and reload_edits."""
+    """Topics map, map_metadata, keepout_filter_mask and speed_filter_mask, services static_map, change_map and
+    reload_edits.
+    """
 
     def __init__(self):
         self.frame = rospy.get_param('~frame_id', 'map')

@@ -1,7 +1,7 @@
 """slam_gmapping: a map built while driving, under the names of gmapping's node.
 
-In: scan (LaserScan), /tf. Out: map, map_metadata, keepout_filter_mask, ~entropy, map -> odom, /diagnostics. Services:
-dynamic_map, ~save, reload_edits.
+In: scan (LaserScan), /tf. Out: map, map_metadata, keepout_filter_mask, speed_filter_mask, ~entropy, map -> odom,
+/diagnostics. Services: dynamic_map, ~save, reload_edits.
 """
 
 from __future__ import annotations

@@ -1,5 +1,6 @@
-"""What slam_gmapping and slam_sonar publish: map, map_metadata, keepout_filter_mask, ~entropy, map -> odom; and how
-they keep maps. What people draw over the map is shown on it, and kept beside `map_file`, not on the map that is saved.
+"""What slam_gmapping and slam_sonar publish: map, map_metadata, keepout_filter_mask, speed_filter_mask, ~entropy,
+map -> odom; and how they keep maps. What people draw over the map is shown on it, and kept beside `map_file`, not on
+the map that is saved.
 """
 
 from __future__ import annotations

@@ -1,7 +1,8 @@
 """slam_sonar: a map built while driving, by range sensors with wide cones and odometry.
 
 In: odom (Odometry in odom_frame), ~range_topics (Range), /tf for where the sensors sit. Out: map, map_metadata,
-keepout_filter_mask, ~walls_ahead, ~entropy, map -> odom, /diagnostics. Services: dynamic_map, ~save, reload_edits.
+keepout_filter_mask, speed_filter_mask, ~walls_ahead, ~entropy, map -> odom, /diagnostics. Services: dynamic_map, ~save,
+reload_edits.
 """
 
 from __future__ import annotations
