@@ -121,8 +121,8 @@ class WallsAhead:
         far, yaw = TAKEN_FOR * self._config.range_min_range, self._square()
         end = math.copysign(1.0, mount[0])
         dx, dy = end * math.cos(yaw), end * math.sin(yaw)
-        foot = x + far * math.cos(axis), y + far * math.sin(axis)
-        line = foot + np.arange(0.0, 0.5 * self._config.body_length - abs(mount[0]), STEP)[:, None] * (dx, dy)
+        begin = x + far * math.cos(axis), y + far * math.sin(axis)
+        line = begin + np.arange(0.0, 0.5 * self._config.body_length - abs(mount[0]), STEP)[:, None] * (dx, dy)
         self._face_of[name] = line
         return line
 
