@@ -129,5 +129,5 @@ class CostmapPair:
     def around(self, pose: Pose2D, local_pose: Pose2D | None, unknown_blocks: bool) -> LocalWorld:
         """Return the LocalWorld that poses of the global frame are tried in, on the local costmap."""
         offset = SAME if local_pose is None else local_pose.compose(pose.inverse())
-        slow = tuple(self.local.speed_layers.values())
+        slow = tuple(layer for layer in self.local.speed_layers.values() if layer.limits)
         return LocalWorld(self.local.costmap, self.local.footprint, unknown_blocks, offset, slow)

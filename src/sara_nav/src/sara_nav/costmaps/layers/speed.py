@@ -41,6 +41,7 @@ class SpeedFilter(Layer):
 
     def attach(self, parent: Parent) -> None:
         self.mask: GridMap | None = None
+        self._box = []
         self._frame = Pose2D(0.0, 0.0, 0.0)
         super().attach(parent)
 
@@ -60,12 +61,17 @@ class SpeedFilter(Layer):
         else:
             self.drop('bad_frames', 'a transform to the mask that holds a NaN')
 
+    @property
+    def limits(self) -> bool:
+        """False where the speed is limited nowhere."""
+        return self.enabled and bool(self._box)
+
     def share(self, poses: np.ndarray, points: np.ndarray) -> np.ndarray:
         """(n,) the share, above 0 to 1, of the greatest speed that is allowed at poses (n, 3) of the costmap's frame to
         a body that covers points (k, 2), m.
         """
         allowed = np.ones(len(poses))
-        if not self.enabled or self.mask is None or not self._box:
+        if not self.limits:
             return allowed
         f, g = self._frame, self.mask.geometry
         c, s = np.cos(f.yaw), np.sin(f.yaw)
