@@ -125,7 +125,6 @@ class TestLaws:
         if (v, w) != (0.0, 0.0):
             assert result == (v, w, None)
 
-
     @given(places(), st.lists(st.tuples(speeds, turns), min_size=1, max_size=12))
     @settings(max_examples=60, deadline=None)
     def test_so_it_is_whatever_was_wished_for_before(self, place, wishes):
