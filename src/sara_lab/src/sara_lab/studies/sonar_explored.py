@@ -26,7 +26,7 @@ from sara_slam.sonar.sonar_config import SonarConfig
 from sara_slam.sonar.sonar_slam import SonarSlam
 from sara_slam.sonar.walls_ahead import WALLS_S, same
 
-LIMIT_S, HOME_S = 1200.0, 100.0
+LIMIT_S, HOME_S = 1200.0, 200.0
 """s that an exploration may take, and those of them that are left for the way home."""
 INTERVAL_S, REST = 5.0, 0.03
 """Between two maps: s, and s for each s since it began, as the node rests that draws a sixth of its time."""
