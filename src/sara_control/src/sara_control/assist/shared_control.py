@@ -116,12 +116,15 @@ class SharedControl:
         pose = advanced(*map(float, pose), *map(float, driven), self.config.latency)
         steady = self._averaged(t, v, w)
         if gap(self._field, self._outline, *pose) < self.config.clear:
-            v, w = (_calmed(now, mean) for now, mean in zip((v, w), steady))
-        if self._turns(steady) or wish[0] == 0.0:
-            self._last = 0.0
-            result = self._turn(v, w, steady, pose)
-        elif v == 0.0:
+            v, w = 0.0 if self._turns(steady) else _calmed(v, steady[0]), _calmed(w, steady[1])
+        elif v * steady[0] < 0.0:
+            steady = v, w  # it turns round
+        turns = self._turns(steady) or wish[0] == 0.0
+        if v == 0.0 and (w == 0.0 or not turns):
             result = Assisted(0.0, 0.0, None)
+        elif turns:
+            self._last = 0.0
+            result = self._turn(v, w, pose)
         else:
             result = self._drive((v, w), steady, pose)
         if result.correction is None and (v, w) != tuple(wish):
@@ -146,20 +149,18 @@ class SharedControl:
         """Whether a wish (m/s, rad/s) is to turn in place, or nearly."""
         return abs(wish[0]) < SLOW or abs(wish[1]) / self.config.turn_slip > SHARPEST * abs(wish[0])
 
-    def _turn(self, v, w, steady, pose):
+    def _turn(self, v, w, pose):
         """Less of a command where there is no room to turn; or to drive, where the rider just begins to."""
         c = self.config
-        drives = not self._turns((v, w))
-        side = w if w != 0.0 and not drives else steady[1]
-        free = rollouts.free_turn(self._field, self._outline, pose, math.copysign(TURN_LOOK, side), c.margin)
-        rate = math.sqrt(2.0 * TURN_BRAKING * max(free - TURN_SPARE, 0.0))
-        if rate < SLOW:
-            return Assisted(0.0, 0.0, Correction.STOPS)
-        if drives:
+        if not self._turns((v, w)):
             wish = Wish(math.copysign(1.0, v), w / abs(v) / c.turn_slip, OWN_LOOK)
             return self._slower(v, w, pose, wish)
+        free = rollouts.free_turn(self._field, self._outline, pose, math.copysign(TURN_LOOK, w), c.margin)
+        rate = math.sqrt(2.0 * TURN_BRAKING * max(free - TURN_SPARE, 0.0))
         if free >= TURN_LOOK - 1e-6 or rate >= abs(w):
             return Assisted(v, w, None)
+        if rate < SLOW:
+            return Assisted(0.0, 0.0, Correction.STOPS)
         return Assisted(v * rate / abs(w), math.copysign(rate, w), Correction.SLOWER)
 
     def _drive(self, command, steady, pose):

@@ -69,11 +69,17 @@ class Camera:
 
 
 def draw_over(page: Page, camera: Camera) -> None:
-    """A wall closes the bathroom, and a keep-out place is about to be drawn; the wall is taken back afterwards."""
-    door = {'kind': 'wall', 'points': [[5.55, 3.95], [6.35, 3.95]]}
+    """A wall closes the bathroom, a threshold is slow, and a keep-out place is about to be drawn; they are taken back
+    afterwards.
+    """
+    drawn = (
+        {'kind': 'wall', 'points': [[5.55, 3.95], [6.35, 3.95]]},
+        {'kind': 'slow', 'points': [[8.6, 3.85], [9.4, 4.05]]},
+    )
     page.until('sara.chair.edits !== null', timeout=60.0)
-    page.driver.execute_script('sara.command({op: "edit", ...arguments[0]})', door)
-    page.until('sara.chair.edits?.length === 1')
+    for edit in drawn:
+        page.driver.execute_script('sara.command({op: "edit", ...arguments[0]})', edit)
+    page.until('sara.chair.edits?.length === 2')
 
     def draw() -> None:
         for step in ('[data-edit=begin]', '[data-edit=keep_out]'):
@@ -83,7 +89,8 @@ def draw_over(page: Page, camera: Camera) -> None:
         page.driver.execute_script(TOP)
 
     camera.take('map', pose=draw, name='edit')
-    page.driver.execute_script('sara.command({op: "unedit", ...arguments[0]})', door)
+    for edit in drawn:
+        page.driver.execute_script('sara.command({op: "unedit", ...arguments[0]})', edit)
     page.until('sara.chair.edits?.length === 0')
 
 
