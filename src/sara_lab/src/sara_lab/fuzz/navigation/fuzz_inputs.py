@@ -105,10 +105,9 @@ def map_message(trial: Trial, chance: random.Random) -> None:
 
 
 def mask_message(trial: Trial, chance: random.Random) -> None:
-    """Keep-out places, or what is none."""
-    _lay(
-        trial, 'mask', lambda: world.mask(chance), [costmap.layers['keepout'].set_mask for costmap in trial.costmaps()]
-    )
+    """Keep-out places, slow ones, or what is none."""
+    name = chance.choice(('keepout', 'slow'))
+    _lay(trial, 'mask', lambda: world.mask(chance), [costmap.layers[name].set_mask for costmap in trial.costmaps()])
 
 
 def _lay(trial, what, make, layers):

@@ -16,12 +16,13 @@ from sara_nav.costmaps.layers.inflation import InflationLayer
 from sara_nav.costmaps.layers.keepout import KeepoutConfig, KeepoutFilter
 from sara_nav.costmaps.layers.obstacle import ObstacleConfig, ObstacleLayer, SourceConfig
 from sara_nav.costmaps.layers.range_sensor import RangeReading, RangeSensorConfig, RangeSensorLayer
+from sara_nav.costmaps.layers.speed import SpeedFilter
 from sara_nav.costmaps.layers.static import StaticLayer
 from sara_nav.costmaps.observations import Observation, scan_points
 from sara_nav.goals.move_base_config import LIMITS, MoveBaseConfig
 from sara_nav.grids.footprint import pad_footprint, parse_footprint
 from sara_nav.grids.grid import GridGeometry
-from sara_nav.maps.edits import KEEP_OUT, Edit, keep_out_mask
+from sara_nav.maps.edits import KEEP_OUT, SLOW, Edit, keep_out_mask, speed_mask
 from sara_nav.maps.map_io import GridMap
 from sara_nav.move_base.local_planners import LOCAL_PLANNERS
 from sara_nav.move_base.state_machine import MoveBase
@@ -95,12 +96,13 @@ def grid_map(chance: random.Random) -> GridMap:
 
 
 def mask(chance: random.Random) -> GridMap:
-    """Return a GridMap with a keep-out place or none, or what is no such mask, or raise what says so."""
+    """Return a GridMap with a keep-out or slow place or none, or what is no such mask, or raise what says so."""
     if chance.random() < 0.3:
         return grid_map(chance)
     a, b = ((chance.uniform(-1.0, 7.0), chance.uniform(-1.0, 7.0)) for _ in range(2))
-    places = [Edit(KEEP_OUT, a, b)] if chance.random() < 0.5 else []
-    return keep_out_mask(house(chance), places)
+    kind, draw = chance.choice(((KEEP_OUT, keep_out_mask), (SLOW, speed_mask)))
+    places = [Edit(kind, a, b)] if chance.random() < 0.5 else []
+    return draw(house(chance), places)
 
 
 def reading(chance: random.Random, source: str, at: Pose2D, t: float) -> RangeReading:
@@ -170,6 +172,7 @@ def costmap(chance: random.Random, rolling: bool) -> LayeredCostmap:
             'ultrasonic',
             RangeSensorConfig(topics=('front', 'rear'), no_readings_timeout=chance.choice((0.0, 0.0, 3.0))),
         ),
+        SpeedFilter('slow'),
         KeepoutFilter('keepout', KeepoutConfig(override_lethal_cost=chance.random() < 0.8)),
         InflationLayer('inflation', InflationConfig(inflation_radius=0.4)),
     ]
