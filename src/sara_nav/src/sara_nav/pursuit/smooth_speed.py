@@ -39,6 +39,9 @@ class Caps(NamedTuple):
     speed: np.ndarray
 
 
+NO_CAPS = Caps(np.empty(0), np.empty(0))
+
+
 @kernel
 def braking_to_rest(v: float, a: float, braking: float, jerk: float) -> tuple[float, float]:
     """Return (way m, time s) from a speed v at an acceleration a until rest, braking as hard as the limits allow.

@@ -14,7 +14,7 @@ from ahead_of_time import kernel
 from sara_nav.grids import clearance, collision
 from sara_nav.grids.grid import Grid
 from sara_nav.pursuit import path_tracker, smooth_speed
-from sara_nav.pursuit.smooth_speed import Motion, SpeedLimits
+from sara_nav.pursuit.smooth_speed import NO_CAPS, Motion, SpeedLimits
 
 STEP, FINE = 0.1, 0.04
 """Distance (m) between two places ahead that are looked at for speeds, and for what the footprint would touch."""
@@ -30,10 +30,6 @@ REACH = 1.2
 """How far (m) about the robot gaps are looked for."""
 FREE, BEND, NARROW, AHEAD, END, BLOCKED, SLOW = range(7)
 """Why the robot is slow."""
-
-
-NOT_SLOW = smooth_speed.Caps(np.empty(0), np.empty(0))
-"""No slow places."""
 
 
 class Limits(NamedTuple):
@@ -254,12 +250,6 @@ def size_of(why: int, gap: float, ahead: float, left: float, free: float) -> flo
 
 
 @kernel
-def creep(motion: Motion, acceleration: float, dt: float) -> float:
-    """Return the speed (m/s) after dt (s) of a robot that goes on at CREEP: what is nearer than braking takes."""
-    return CREEP if motion.speed >= CREEP else min(motion.speed + acceleration * dt, CREEP)
-
-
-@kernel
 def pace(
     samples: path_tracker.Samples,
     place: path_tracker.Place,
@@ -272,8 +262,8 @@ def pace(
     """Return (speed, acceleration, cap, why, size, x, y) of the next command after dt (s), see speed_plan.Pace; x, y
     (m, robot's frame): of what is narrow.
 
-    samples, place: of the Leg. driven: a Driven. rules: (Limits, Regulation). surroundings: (Ground, Body).
-    slow: of slow places.
+    samples, place: of the Leg. driven: a Driven. rules: (Limits, Regulation). surroundings: (Ground, Body). slow:
+    of slow places.
     """
     limits, regulation = rules
     ground, body = surroundings
@@ -285,7 +275,7 @@ def pace(
     caps = caps_ahead(samples, place, driven, rules, (gap, ahead), free, slow)
     after, chosen, at = next_speed(driven.motion, caps, limits, dt)
     if chosen <= 0.0 and after < CREEP and place.left > 0.0 and free > 0.0:
-        after, chosen = creep(driven.motion, limits.comfort.acceleration, dt), 0.0
+        after, chosen = min(driven.motion.speed + limits.comfort.acceleration * dt, CREEP), 0.0  # nearer than braking
     if at < 0:
         return after, chosen, limits.highest, FREE, 0.0, 0.0, 0.0
     why, i = caps.why[at], caps.place[at]
@@ -304,7 +294,7 @@ def warm() -> None:
         Driven(Motion(0.1, 0.0), 0.0, 1.0),
         (limits, Regulation(*[0.5] * 6)),
         (ground, Body(corners, corners, (0.0,) * 5, (0.0, 0.0, 0.0), 1.0, 1.0)),
-        NOT_SLOW,
+        NO_CAPS,
         0.05,
     )
     gap_cap(0.1, 0.1, 0.5, 0.3)

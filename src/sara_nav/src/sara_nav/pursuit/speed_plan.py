@@ -16,7 +16,7 @@ from sara_nav.grids.collision import LocalWorld
 from sara_nav.pursuit import speed_ahead
 from sara_nav.pursuit.path_tracker import Leg, poses_at
 from sara_nav.pursuit.rotate_then_pursue_config import RotateThenPursueConfig
-from sara_nav.pursuit.smooth_speed import Caps, Motion, SpeedLimits
+from sara_nav.pursuit.smooth_speed import NO_CAPS, Caps, Motion, SpeedLimits
 
 FREE, BEND, NARROW, AHEAD, END, BLOCKED, SLOW = KINDS = 'free', 'bend', 'narrow', 'ahead', 'end', 'blocked', 'slow'
 """Why it is slow, in the order of speed_ahead's numbers."""
@@ -79,7 +79,7 @@ class SpeedPlan:
     def _slow(self, leg, driven, world):
         """The smooth_speed.Caps of the slow places on the leg, as far as is looked ahead."""
         if not world.slow:
-            return speed_ahead.NOT_SLOW
+            return NO_CAPS
         limits, _ = self._rules[leg.backward]
         end = speed_ahead.horizon(driven.motion, leg.place.left, limits.comfort)
         ahead = speed_ahead.evenly(end + speed_ahead.STEP, speed_ahead.STEP)

@@ -17,17 +17,15 @@ from sensor_msgs.msg import LaserScan, PointCloud, PointCloud2, Range
 
 from sara_common.scans import shares_of, swept
 from sara_nav.costmaps.layered_costmap import LayeredCostmap
-from sara_nav.costmaps.layers.keepout import KeepoutFilter
+from sara_nav.costmaps.layers import MASKED
 from sara_nav.costmaps.layers.obstacle import ObstacleLayer
 from sara_nav.costmaps.layers.range_sensor import RangeReading, RangeSensorLayer
-from sara_nav.costmaps.layers.speed import SpeedFilter
 from sara_nav.costmaps.layers.static import StaticLayer
 from sara_nav.costmaps.observations import CloudLayout, Observation, cloud_points, scan_rays, transformed
 from sara_nav.ros import conversions as conv
 from sara_nav.ros.common import TransformListener
 
 MESSAGES = {'LaserScan': LaserScan, 'PointCloud': PointCloud, 'PointCloud2': PointCloud2}
-MASKED = KeepoutFilter, SpeedFilter
 LEVEL = 0.1
 """A range sensor whose axis has less than this of its length in the plane looks up or down, and is not used."""
 
