@@ -56,6 +56,8 @@ FARTHER = 0.15
 """What is expected of a border that has not been passed, against one that has: those are finished first."""
 LEFT = 0.2
 """Share of what was expected from a place down to which it is driven to."""
+ROUNDS = 3
+"""How often what could not be reached is tried again while nothing is reached."""
 TRIES = 4
 """Places that are planned to, the best first."""
 GAP = 0.3
@@ -81,7 +83,7 @@ class Survey:
         self._span = Span(NEAREST, float(reach))
         self._sensors = np.empty((0, 4))
         self._tried: list[tuple[Pose2D, bool]] = []  # and whether it was reached
-        self._once_more = True
+        self._rounds = ROUNDS
         self._last: Pose2D | None = None
         self._costmap: Costmap | None = None
         self._faced, self._corner = np.zeros((1, 1), np.uint8), (0, 0)  # how often each cell has been faced
@@ -105,11 +107,11 @@ class Survey:
         self._tried.clear()
 
     def tried(self, choice: Choice, reached: bool) -> None:
-        """Nobody drives there once more; what could not be reached is tried again when nothing else is left and
-        something has been reached since.
+        """Nobody drives there once more; what could not be reached is tried again when nothing else is left, in ROUNDS
+        since something was reached.
         """
         self._tried.append((choice.pose, reached))
-        self._once_more |= reached
+        self._rounds = ROUNDS if reached else self._rounds
 
     def given_up(self, frontier: Frontier) -> bool:
         """Whether little is expected of a frontier any more."""
@@ -195,7 +197,7 @@ class Survey:
             off = np.hypot(stands[:, 0] - pose.x, stands[:, 1] - pose.y)
             rate[(off < SAME_M) & (np.abs(wrap(stands[:, 2] - pose.yaw)) < SAME_RAD)] = 0.0
         if not (rate > 0.0).any():
-            return self._again(planner, footprint, start) if self._once_more and not under_way else None
+            return self._again(planner, footprint, start) if self._rounds and not under_way else None
         for k in np.argsort(-rate, kind='stable')[:TRIES].tolist():
             if not rate[k] > 0.0:
                 break
@@ -212,7 +214,7 @@ class Survey:
 
     def _again(self, planner, footprint, start):
         """As choose, of what could not be reached."""
-        self._once_more = False
+        self._rounds -= 1
         self._tried = [entry for entry in self._tried if entry[1]]
         return self.choose(planner, footprint, start, False)
 
