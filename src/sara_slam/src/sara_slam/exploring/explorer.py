@@ -30,8 +30,10 @@ OF_THE_GOAL = tuple(text.split('.')[0] for text in (BY_PLANNING, BY_CONTROL, BY_
     f'{ABORTED}{reasons.sentence(reasons.State.BLOCKED, reasons.Reason.CROWD)}',
 )
 """How move_base's words begin where a goal cannot be reached; by any other, something is wrong with the robot."""
-NEWS_S = 10.0
-"""s that the map is waited for when no frontier is left: what the robot saw last may not be on it yet."""
+NEWS_S = 30.0
+"""s that the map is waited for when no frontier is left: what the robot saw last may not be on it yet, and what bars
+the way may be forgotten.
+"""
 RETRY_S, IN_VAIN = 5.0, 3
 """s until the next goal after one that ended for the robot's sake; such goals without one that is reached
 between make it pause."""
