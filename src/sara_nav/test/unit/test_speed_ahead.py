@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import example, given, settings
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from sara_nav.costmaps.costmap import LETHAL, Costmap
@@ -19,8 +19,6 @@ CONFIG = RotateThenPursueConfig()
 SARA = parse_footprint([[0.54, 0.29], [0.54, -0.29], [-0.54, -0.29], [-0.54, 0.29]])
 GRID = GridGeometry(120, 120, 0.05, -3.0, -3.0)
 DT = 0.05
-GRAZE = 1
-"""Points of the footprint that may touch a corner between two looks ahead."""
 marks = st.lists(st.tuples(st.integers(0, 119), st.integers(0, 119)), max_size=6)
 
 
@@ -76,7 +74,6 @@ def test_the_slowest_of_bend_gap_and_what_is_ahead_counts(bend, gap, ahead):
 
 
 @settings(max_examples=60)
-@example(1.0, 1.0, False, [(52, 52)])
 @given(st.floats(0.5, 2.5), st.floats(-1.0, 1.0), st.booleans(), marks)
 def test_a_drive_keeps_every_limit_touches_nothing_and_says_why_it_is_slow(length, bend, backward, cells):
     leg, world = arc(length, bend, backward), world_with(cells)
@@ -84,7 +81,7 @@ def test_a_drive_keeps_every_limit_touches_nothing_and_says_why_it_is_slow(lengt
     rows = driven(leg, world)
     along = np.array([a for a, _ in rows] + [leg.along])
     touched = world.touched(leg.poses(along))
-    assert at_start or touched.max() <= GRAZE  # a body that touches something drives out of it
+    assert touched.max() <= at_start
     highest = -CONFIG.min_vel_x if backward else CONFIG.max_vel_x
     for (_, before), (_, after) in zip(rows, rows[1:]):
         assert 0.0 <= after.speed <= highest + 1e-12
