@@ -25,8 +25,6 @@ SOON = 400
 """States after which a start or a goal without room to turn about is looked at apart: how to get from there to where
 there is some.
 """
-TURN_STEP = 0.05
-"""rad between two looks at the gap of a turn in place."""
 LONGEST, ASTERN_WITHIN = 10.0, 3.0
 """m, of a leg, and of one astern, that a path is made straight with."""
 PATIENT_GREED = 2.0
@@ -68,9 +66,9 @@ class Problem:
 
     def may_turn(self, pose: Pose2D, yaw: float) -> bool:
         """Whether the body keeps its margin while it turns in place from a pose to another yaw, the short way."""
-        about = float(wrap(yaw - pose.yaw))
-        yaws = pose.yaw + np.linspace(0.0, about, 2 + int(abs(about) / TURN_STEP))
-        return all(self.gap(Pose2D(pose.x, pose.y, yaw)) >= self.config.hard_margin for yaw in yaws.tolist())
+        turn, margin = float(wrap(yaw - pose.yaw)), float(self.config.hard_margin)
+        seconds, _ = lattice_body.move(self.world, _floats(pose), 0.0, turn, margin)
+        return seconds < math.inf
 
     def plan(self, start: Pose2D, goal: Pose2D) -> np.ndarray:
         """Return the plan (n, 3), x, y, yaw; raises PlanError."""

@@ -110,8 +110,8 @@ class ControlStep:
         if not (math.isfinite(command.v) and math.isfinite(command.w)):
             return End(ABORTED, f'Goal aborted: the local planner commanded {command.v!r}, {command.w!r}.')
         text = '' if cycle.plan is None else goal.moved
-        share = float(world.speed_share(np.array([cycle.pose]))[0]) if world.slow else 1.0
-        driven = within_limits(command.v, command.w, means.local_planner.config, share)
+        slow = float(world.speed_share(np.array([cycle.pose]))[0])
+        driven = within_limits(command.v, command.w, means.local_planner.config, slow)
         if 0.0 < c.stuck_timeout < goal.stuck_for(cycle.t, cycle.pose, driven):
             why = f'It is told to move but has stood for {c.stuck_timeout:.1f} s (stuck_timeout)'
             end = exhausted(goal, means, BY_STUCK, why, cycle.pose)

@@ -17,7 +17,7 @@ from sensor_msgs.msg import LaserScan, PointCloud, PointCloud2, Range
 
 from sara_common.scans import shares_of, swept
 from sara_nav.costmaps.layered_costmap import LayeredCostmap
-from sara_nav.costmaps.layers import MASKED
+from sara_nav.costmaps.layers.mask_filter import MaskFilter
 from sara_nav.costmaps.layers.obstacle import ObstacleLayer
 from sara_nav.costmaps.layers.range_sensor import RangeReading, RangeSensorLayer
 from sara_nav.costmaps.layers.static import StaticLayer
@@ -60,7 +60,7 @@ class CostmapInputs:
         for layer in self._costmap.layers.values():
             if isinstance(layer, StaticLayer):
                 self._listen_to_maps(layer)
-            elif isinstance(layer, MASKED):
+            elif isinstance(layer, MaskFilter):
                 self._subscribe(layer.config.mask_topic, numpy_msg(OccupancyGrid), self._on_map, layer, 1)
             elif isinstance(layer, ObstacleLayer):
                 for source in layer.config.sources:
@@ -150,7 +150,7 @@ class CostmapInputs:
                 return
             if not frame or (frame != self._costmap.config.global_frame and not layer.rolling):
                 raise ValueError(f'it is in frame {frame!r} but global_frame is {self._costmap.config.global_frame!r}')
-            if isinstance(layer, MASKED):
+            if isinstance(layer, MaskFilter):
                 layer.set_mask(data)
             elif not layer.set_map(data):
                 return

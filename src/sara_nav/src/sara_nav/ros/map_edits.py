@@ -28,11 +28,8 @@ class MapEdits:
         self._edits: tuple[Edit, ...] = ()
         self._grid: GridMap | None = None
         self._masks = {
-            kind: Mask(topic, of)
-            for kind, topic, of in (
-                (KEEP_OUT, 'keepout_filter_mask', edits.keep_out_mask),
-                (SLOW, 'speed_filter_mask', edits.speed_mask),
-            )
+            KEEP_OUT: Mask('keepout_filter_mask', edits.keep_out_mask),
+            SLOW: Mask('speed_filter_mask', edits.speed_mask),
         }
 
     def serve(self) -> None:

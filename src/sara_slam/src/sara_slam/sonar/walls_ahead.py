@@ -100,12 +100,16 @@ class WallsAhead:
         recent.append((name, x, y, axis, distance))
         own = [row[1:] for row in recent if row[0] == name and math.dist(row[1:3], (x, y)) <= TOGETHER]
         others = [row[1:] for row in recent if row[0] != name]
-        end = 0.5 * self._config.body_length - self._toward * mount[0] + FACE_BEYOND
+        end = self._to_front(mount) + FACE_BEYOND
         for rows in (own, others[-len(own) :] + own):
             found = face(np.array(rows), yaw, self._toward)
             if found is not None:
                 self._face_of[name] = points(found, (x, y, axis), STEP, end)
                 self._faces.append((stamp, self._face_of[name]))
+
+    def _to_front(self, mount):
+        """m from a sensor on to the robot's front, as it drives."""
+        return 0.5 * self._config.body_length - self._toward * mount[0]
 
     def _beside(self, name, mount):
         """(n, 2) points m of what is too near to be measured by a sensor."""
@@ -116,8 +120,8 @@ class WallsAhead:
             rx, ry = line[0, 0] - x, line[0, 1] - y
             along, facing = -rx * dx - ry * dy, math.cos(axis) * dy - math.sin(axis) * dx
             if 0.0 < (rx * dy - ry * dx) * math.copysign(1.0, facing) < TOO_NEAR * self._config.range_min_range:
-                end = 0.5 * self._config.body_length - self._toward * mount[0] + FACE_BEYOND
-                return line[0] + np.arange(along - BEHIND, along + end, STEP)[:, None] * (dx, dy)
+                end = along + self._to_front(mount) + FACE_BEYOND
+                return line[0] + np.arange(along - BEHIND, end, STEP)[:, None] * (dx, dy)
         far, yaw = TAKEN_FOR * self._config.range_min_range, self._square()
         end = math.copysign(1.0, mount[0])
         dx, dy = end * math.cos(yaw), end * math.sin(yaw)
@@ -140,7 +144,7 @@ class WallsAhead:
             if self._now - since > WALL_KEPT_S or not 0.0 < ahead[0] < NEAR:
                 continue
             toward = math.copysign(1.0, self._toward * math.cos(self._filter.pose[2] - theta - 0.5 * math.pi))
-            end = 0.5 * self._config.body_length - self._toward * mount[0] + WALL_BEYOND
+            end = self._to_front(mount) + WALL_BEYOND
             places = along[0] + toward * np.arange(-BEHIND, end, STEP)
             c, s = math.cos(theta), math.sin(theta)
             shut = ~np.isin(np.round(places / STEP).astype(int), list(self._open[wall]))

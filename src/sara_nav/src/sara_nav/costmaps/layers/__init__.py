@@ -8,8 +8,6 @@ from sara_nav.costmaps.layers.range_sensor import RangeSensorLayer
 from sara_nav.costmaps.layers.speed import SpeedFilter
 from sara_nav.costmaps.layers.static import StaticLayer
 
-MASKED = KeepoutFilter, SpeedFilter
-"""Layers that take a mask, on their mask_topic."""
 LAYERS = Registry(
     'type',
     refused={

@@ -17,7 +17,8 @@ import numpy as np
 from sara_common.config import range_faults
 from sara_common.planar import Pose2D
 from sara_nav.costmaps.costmap import StaticLayerConfig, static_costs
-from sara_nav.costmaps.layers.base import Layer, Parent
+from sara_nav.costmaps.layers.base import Parent
+from sara_nav.costmaps.layers.mask_filter import MaskFilter, topic_faults
 from sara_nav.costmaps.layers.static import Source, check, look_up
 from sara_nav.grids.footprint import cover, pad_footprint
 from sara_nav.grids.grid import FREE, INSCRIBED, LETHAL, UNKNOWN
@@ -38,29 +39,21 @@ class KeepoutConfig:
 
     def faults(self) -> list[str]:
         """Return a list of sentences, one for each bad value."""
-        result = range_faults(self, {'lethal_override_cost': (0.0, 252.0)})
-        if not self.mask_topic:
-            result.append('mask_topic is empty, allowed is the name of a topic')
-        return result
+        return range_faults(self, {'lethal_override_cost': (0.0, 252.0)}) + topic_faults(self.mask_topic)
 
 
-class KeepoutFilter(Layer):
+class KeepoutFilter(MaskFilter):
     """Puts a mask's costs over those of the layers below, where they are greater."""
 
     config_class = KeepoutConfig
-    rolling = True
-    """The mask may be in another frame than the costmap."""
 
     def attach(self, parent: Parent) -> None:
-        self.mask: GridMap | None = None
-        self._frame = Pose2D(0.0, 0.0, 0.0)
         self._open = frozenset()
         super().attach(parent)
 
     # -- data in -----------------------------------------------------------------------------------------------
 
     def set_mask(self, mask: GridMap) -> None:
-        """Take a mask in place of the one before; raises MapError."""
         check(self, mask)
         from scipy.ndimage import label  # takes long to import, and most costmaps have no mask
 
@@ -70,13 +63,8 @@ class KeepoutFilter(Layer):
         self.costs = self._whole
         self.parent.touch_all()
 
-    def set_frame(self, pose: Pose2D) -> None:
-        """Say where the costmap's frame is in the mask's (Pose2D)."""
-        if not pose.is_finite():
-            self.drop('bad_frames', 'a transform to the mask that holds a NaN')
-        elif pose != self._frame:
-            self._frame = pose
-            self.parent.touch_all()
+    def _moved(self):
+        self.parent.touch_all()
 
     # -- who stands where --------------------------------------------------------------------------------------
 
@@ -88,14 +76,9 @@ class KeepoutFilter(Layer):
         """The numbers of the keep-out places that a footprint touches."""
         if self.mask is None:
             return frozenset()
-        g, at = self.mask.geometry, self._frame.compose(pose)
-        points = cover(footprint, 0.5 * g.resolution)
-        c, s = np.cos(at.yaw), np.sin(at.yaw)
-        x, y = at.x + points @ (c, -s), at.y + points @ (s, c)
-        column = np.floor((x - g.origin_x) / g.resolution)
-        row = np.floor((y - g.origin_y) / g.resolution)
-        on = (column >= 0) & (column < g.width) & (row >= 0) & (row < g.height)
-        return frozenset(np.unique(self._places[row[on].astype(int), column[on].astype(int)]).tolist()) - {0}
+        points = cover(footprint, 0.5 * self.mask.geometry.resolution)
+        rows, columns, on = self._under(self._placed(np.array([pose])), points)
+        return frozenset(np.unique(self._places[rows[on], columns[on]]).tolist()) - {0}
 
     def _let_out(self, pose):
         """Open the places that the robot stands in. One opens once a cell's width of the robot is in it, and closes

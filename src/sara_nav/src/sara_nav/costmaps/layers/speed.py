@@ -11,8 +11,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sara_common.planar import Pose2D
-from sara_nav.costmaps.layers.base import Layer, Parent
+from sara_nav.costmaps.layers.base import Parent
+from sara_nav.costmaps.layers.mask_filter import MaskFilter, topic_faults
 from sara_nav.costmaps.layers.static import check
 from sara_nav.maps.map_io import GridMap
 
@@ -29,37 +29,25 @@ class SpeedConfig:
 
     def faults(self) -> list[str]:
         """Return a list of sentences, one for each bad value."""
-        return [] if self.mask_topic else ['mask_topic is empty, allowed is the name of a topic']
+        return topic_faults(self.mask_topic)
 
 
-class SpeedFilter(Layer):
+class SpeedFilter(MaskFilter):
     """Tells how much of the greatest speed is allowed where."""
 
     config_class = SpeedConfig
-    rolling = True
-    """The mask may be in another frame than the costmap."""
 
     def attach(self, parent: Parent) -> None:
-        self.mask: GridMap | None = None
         self._box = []
-        self._frame = Pose2D(0.0, 0.0, 0.0)
         super().attach(parent)
 
     def set_mask(self, mask: GridMap) -> None:
-        """Take a mask in place of the one before; raises MapError."""
         check(self, mask)
         self.mask = mask
         self._percent = np.where((mask.data > 0) & (mask.data < WHOLE), mask.data, WHOLE).astype(np.int8)
         cells, g = np.argwhere(self._percent < WHOLE)[:, ::-1], mask.geometry
         corners = (cells.min(0), cells.max(0) + 1) if len(cells) else ()
         self._box = [np.array((g.origin_x, g.origin_y)) + g.resolution * corner for corner in corners]
-
-    def set_frame(self, pose: Pose2D) -> None:
-        """Say where the costmap's frame is in the mask's (Pose2D)."""
-        if pose.is_finite():
-            self._frame = pose
-        else:
-            self.drop('bad_frames', 'a transform to the mask that holds a NaN')
 
     @property
     def limits(self) -> bool:
@@ -73,19 +61,10 @@ class SpeedFilter(Layer):
         allowed = np.ones(len(poses))
         if not self.limits:
             return allowed
-        f, g = self._frame, self.mask.geometry
-        c, s = np.cos(f.yaw), np.sin(f.yaw)
-        x, y, yaw = f.x + poses[:, :2] @ (c, -s), f.y + poses[:, :2] @ (s, c), poses[:, 2] + f.yaw
-        reach = np.hypot(*points.T).max()
+        placed, reach = self._placed(poses), np.hypot(*points.T).max()
         low, high = self._box[0] - reach, self._box[1] + reach
-        near = np.flatnonzero((x > low[0]) & (x < high[0]) & (y > low[1]) & (y < high[1]))
-        if not len(near):
-            return allowed
-        x, y, c, s = (of[near, None] for of in (x, y, np.cos(yaw), np.sin(yaw)))
-        px, py = points.T
-        columns = np.floor((x + c * px - s * py - g.origin_x) / g.resolution).astype(int)
-        rows = np.floor((y + s * px + c * py - g.origin_y) / g.resolution).astype(int)
-        on = (columns >= 0) & (columns < g.width) & (rows >= 0) & (rows < g.height)
-        percent = np.where(on, self._percent[rows.clip(0, g.height - 1), columns.clip(0, g.width - 1)], WHOLE)
-        allowed[near] = percent.min(1) / WHOLE
+        near = ((placed[:, :2] > low) & (placed[:, :2] < high)).all(1)
+        if near.any():
+            rows, columns, on = self._under(placed[near], points)
+            allowed[near] = np.where(on, self._percent[rows, columns], WHOLE).min(1) / WHOLE
         return allowed
