@@ -192,6 +192,23 @@ def test_a_door_of_80_cm_is_passed_slowly(offset, yaw):
     assert 0.09 < slowest < 0.4, 'not slowly'
 
 
+@pytest.mark.parametrize('w', [0.2, 0.8, -0.8])
+@pytest.mark.parametrize('away', np.arange(0.585, 0.640, 0.005).round(3))
+def test_no_corner_turns_into_a_wall_beside(away, w):
+    """In place, with sonars at 5 Hz. A corner swings out to 0.613 m, between the two cones of a side."""
+    wall = [(x, away) for x in np.arange(-1.0, 1.0, 0.005)]
+    beside, yaw = Zones(CONFIG), 0.0
+    for tick in range(400):
+        c, s = math.cos(yaw), math.sin(yaw)
+        if tick % 4 == 0:
+            for sensor in SENSORS:
+                x, y = c * sensor.x - s * sensor.y, s * sensor.x + c * sensor.y
+                beside.on_range(sensor.name, sonar(x, y, yaw + sensor.yaw, wall))
+        yaw += 0.05 * w * beside.scale(0.0, w)[0]
+        assert abs(s) * 0.54 + abs(c) * 0.29 < away, f'turned by {yaw:.2f} rad'
+    assert abs(yaw) > 0.3
+
+
 def test_one_flickering_echo_changes_nothing():
     ahead = zones()
     ahead.on_range('SDI', 0.3)

@@ -35,8 +35,8 @@ class RangeSensor:
 
 @dataclass(frozen=True)
 class ZoneConfig(OfPlatform):
-    """length, width: of the body, centred on the base frame, m; they must be given. side_margin: added to each side, m.
-    field_of_view: rad, of each sensor.
+    """length, width: of the body, centred on the base frame, m; they must be given. side_margin: added to each side, m;
+    turning_margin: and so much more where the chair turns in place. field_of_view: rad, of each sensor.
 
     stop_distance: m. reaction_time: s from an echo to the wheels' answer. braking, hard_braking: m/s2. ease: s more
     that is reckoned with for the former, so that it begins gently. creep_speed: m/s. trigger, release: how many
@@ -47,6 +47,7 @@ class ZoneConfig(OfPlatform):
     length: float = 0.0
     width: float = 0.0
     side_margin: float = 0.02
+    turning_margin: float = 0.02
     field_of_view: float = math.radians(60.0)
     stop_distance: float = 0.15
     reaction_time: float = 0.75
@@ -70,7 +71,7 @@ class ZoneConfig(OfPlatform):
                 'hard_braking',
                 'creep_speed',
             ),
-            from_0=('side_margin', 'ease'),
+            from_0=('side_margin', 'turning_margin', 'ease'),
         )
         for name in ('trigger', 'release'):
             value = getattr(self, name)

@@ -56,6 +56,7 @@ class Zones:
         self.config = config
         self.sensors = {sensor.name: sensor for sensor in config.sensors}
         self._body = Body(0.5 * config.length, 0.5 * config.width + float(config.side_margin))
+        self._turning = self._body._replace(half_width=self._body.half_width + float(config.turning_margin))
         self._filters = {name: RangeFilter(config.trigger, config.release) for name in self.sensors}
         half = 0.5 * config.field_of_view
         self._detectors, self._raw_detectors = (
@@ -200,7 +201,7 @@ class Zones:
 
     def _scale_by_echoes(self, v, w, gentle):
         """As `scale`, by the range sensors alone, as far as the scanner does not explain them."""
-        places, nearest, stopping = self._places, self._nearest, self._stopping(gentle)
+        places, nearest, body, stopping = self._places, self._nearest, self._body, self._stopping(gentle)
         if self._carved is not None and self._fastest == 0.0:
             outside, nearest = self._carved
             places = places._replace(outside=outside)
@@ -210,10 +211,13 @@ class Zones:
             waits_for = self._waits_for(places, v, w)
             if waits_for:
                 return 0.0, waits_for
+        if abs(v) <= body.half_width * abs(w):  # a turn in place: between the cones of a side a corner meets what no
+            wider, body = self._turning.half_width - body.half_width, self._turning  # echo comes from
+            places, nearest = places._replace(outside=places.outside - wider), nearest - wider
         to_rest = stopping.stop_distance + fastest * stopping.reaction + fastest * fastest / (2.0 * stopping.braking)
         if nearest >= to_rest:
             return 1.0, ''
-        factor, at = zone_places.limit(places, float(v), float(w), self._body, stopping)
+        factor, at = zone_places.limit(places, float(v), float(w), body, stopping)
         return (factor, self._names[at]) if factor < 1.0 else (1.0, '')
 
     def _stopping(self, gentle):
