@@ -6,7 +6,10 @@ does: the joystick is a wish then, and the PC drives.
 
 from __future__ import annotations
 
-from canserial.dbc.bus import BusDescription
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:  # who only wants the numbers need not load cantools
+    from canserial.dbc.bus import BusDescription
 
 OFF, MANUAL, ASSISTED, PC = 0, 1, 2, 3
 PC_DRIVES = frozenset((ASSISTED, PC))  # modoPC at which the chair takes commands from the PC

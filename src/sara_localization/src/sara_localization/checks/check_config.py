@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from sara_common.config import ConfigError
 from sara_localization.checks.findings import Finding, error, warning
-from sara_localization.checks.navsat_settings import gps_inputs
+from sara_localization.checks.gps_inputs import gps_inputs
 from sara_localization.checks.variables import (
     accelerations,
     contradicting,

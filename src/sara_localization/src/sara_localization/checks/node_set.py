@@ -13,7 +13,8 @@ from sara_common.config import ConfigError
 from sara_common.diagnostics import OK
 from sara_localization.checks import check_config
 from sara_localization.checks.findings import Finding, error, warning
-from sara_localization.checks.navsat_settings import check_navsat, is_for_navsat, is_gps
+from sara_localization.checks.gps_inputs import is_gps
+from sara_localization.checks.navsat_settings import check_navsat, is_for_navsat
 from sara_localization.config.filter_config import FilterConfig
 from sara_localization.config.input_config import INPUT
 from sara_localization.filters.state import YAW

@@ -6,7 +6,7 @@ from __future__ import annotations
 
 from sara_common.diagnostics import ERROR, WARN
 from sara_localization.checks.findings import Finding, warning
-from sara_localization.checks.navsat_settings import is_gps
+from sara_localization.checks.gps_inputs import is_gps
 from sara_localization.config.filter_config import FilterConfig
 from sara_localization.filters.state import ANGLES, AX, AY, AZ, NAMES, OFF_PLANE, POSE, RATES, VX, YAW, X, Y
 
