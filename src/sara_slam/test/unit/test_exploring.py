@@ -169,6 +169,37 @@ def test_a_house_is_explored_to_its_end_and_the_robot_goes_home():
     assert 4 < len(house.goals) < 40
 
 
+NO_WAY = 'Failed to find a valid plan. Even after executing recovery behaviors.'
+
+
+def test_the_way_home_is_tried_again_and_the_fourth_time_it_is_said_that_there_is_none():
+    """What bars it may be forgotten meanwhile, or gone."""
+    for tries in range(1, of_explorer.HOME_TRIES + 1):
+        house, ends = House(), iter([NO_WAY] * tries)
+        house.ends = lambda goal, house=house, ends=ends: (
+            (text := next(ends, 'Goal reached.') if goal == START else 'Goal reached.') != NO_WAY,
+            text,
+        )
+        house.run(400)
+        there = tries < of_explorer.HOME_TRIES
+        assert house.goals.count(START) == tries + there and (house.pose == START) == there
+        assert house.said[-1] == (
+            'Back where it began.' if there else f'It did not get back to where it began: {NO_WAY}'
+        )
+        assert sum(line.startswith('The way back ended') for line in house.said) == tries - (not there)
+
+
+def test_the_way_home_waits_where_no_goal_would_do_and_a_stop_ends_it():
+    house = House({'time_limit': 0.5})
+    house.pose = house.step().pose
+    assert house.step() == Drive(START)
+    house.explorer.ended(house.now, False, NO_WAY)
+    house.now += of_explorer.NEWS_S
+    assert house.step(hold='The chair stands still.') is None and house.step() == Drive(START)
+    house.explorer.ended(house.now, False, f'Goal aborted: {sentence(State.BRAKING, Reason.EMERGENCY_STOP)}')
+    assert house.explorer.state is of_explorer.State.PAUSED and house.explorer.pause('') is None
+
+
 def test_it_can_stay_where_it_ends():
     house = House({'return_to_init': False})
     house.look = lambda: None  # nothing more is ever seen

@@ -37,6 +37,8 @@ the way may be forgotten.
 RETRY_S, IN_VAIN = 5.0, 3
 """s until the next goal after one that ended for the robot's sake; such goals without one that is reached
 between make it pause."""
+HOME_TRIES = 4
+"""How often the way home is tried, NEWS_S apart."""
 FINISH_S = 240.0
 """s before the time_limit from which on what has been begun is finished."""
 MOVED, TURNED = 0.1, 0.2
@@ -91,6 +93,7 @@ class Explorer:
         self._began = self._limit_from = self._wait_until = self._nothing_since = None
         self._progress = None  # (s, pose) of the newest
         self._in_vain, self._waits_for = 0, ''
+        self._homeward, self._home_tries = False, 0  # whether it drives home; how often it set out for it
 
     # -- what comes in -------------------------------------------------------------------------------------------
 
@@ -112,7 +115,8 @@ class Explorer:
         """Do nothing until it is resumed; a goal under way is given up."""
         if self.state not in (State.EXPLORING, State.RETURNING):
             return None
-        under_way, self.visit = self.visit is not None or self.state is State.RETURNING, None
+        under_way, self.visit = self.visit is not None or self._homeward, None
+        self._homeward = False
         self.state = State.PAUSED
         self.say(f'Exploring pauses: {why} Send true to explore/resume to go on.')
         return Stop() if under_way else None
@@ -121,7 +125,7 @@ class Explorer:
         """The goal of the last Drive has ended at a time (s); text: move_base's words."""
         visit, self.visit = self.visit, None
         if self.state is State.RETURNING:
-            self._home_again(reached, text)
+            self._home_again(now, reached, text)
         elif self.state is State.EXPLORING and visit is not None:
             if reached:
                 self._in_vain = 0
@@ -155,7 +159,7 @@ class Explorer:
             return None
         self._wait_until = None
         if self.state is State.RETURNING:
-            return None
+            return None if self._homeward or hold else self._go_home()
         self._limit_from = now if self._limit_from is None else self._limit_from
         if self.config.time_limit > 0.0:
             left = self.config.time_limit - (now - self._limit_from)
@@ -247,13 +251,25 @@ class Explorer:
         if not self.config.return_to_init or pose.distance(self._home) < AT_HOME:
             self.state = State.DONE
             return None
-        self.state, self._progress = State.RETURNING, (now, pose)
+        self.state, self._progress, self._home_tries = State.RETURNING, (now, pose), 0
         self.say(f'Back to where it began, ({self._home.x:.2f}, {self._home.y:.2f}).')
+        return self._go_home()
+
+    def _go_home(self):
+        self._homeward, self._home_tries = True, self._home_tries + 1
         return Drive(self._home)
 
-    def _home_again(self, reached, text):
-        self.state = State.DONE
-        self.say('Back where it began.' if reached else f'It did not get back to where it began: {text}')
+    def _home_again(self, now, reached, text):
+        """The way home has ended, there or before."""
+        self._homeward = False
+        if not reached and text.removeprefix(ABORTED) in reasons.STOPS:
+            self.pause(text)
+        elif not reached and self._home_tries < HOME_TRIES:
+            self._wait_until = now + NEWS_S
+            self.say(f'The way back ended: {text} It is tried again in {NEWS_S:.0f} s.')
+        else:
+            self.state = State.DONE
+            self.say('Back where it began.' if reached else f'It did not get back to where it began: {text}')
 
     def _failed(self, now, text):
         """A goal ended for the robot's sake, not for its own."""
