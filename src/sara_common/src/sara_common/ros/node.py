@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterator
 import rospy
 
 from sara_common.ros.direct import send_directly
+from sara_common.ros.members import current
 from sara_common.ros.sleep import wake_when_due
 
 
@@ -19,8 +20,10 @@ def start_node(name: str, anonymous: bool = False, disable_rostime: bool = False
     rospy's own handler unregisters the node within the main thread. A signal that comes while that thread registers a
     topic then waits for ever for the lock of the same call (rospy.core._LockedServerProxy): roslaunch kills such a node
     after 15 s, rosrun never. Here a thread of its own ends the node, and the main thread goes on until it sees
-    `rospy.is_shutdown()`.
+    `rospy.is_shutdown()`. A node that is one of several in its process (members.py) has been started with it.
     """
+    if current() is not None:
+        return
 
     def end(number: int, _frame: object) -> None:
         threading.Thread(target=rospy.signal_shutdown, args=(f'signal-{number}',), name='end of the node').start()

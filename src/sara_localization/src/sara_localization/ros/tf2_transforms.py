@@ -12,6 +12,7 @@ from geometry_msgs.msg import TransformStamped
 from rospy.impl.transport import INBOUND, Transport
 from tf2_msgs.msg import TFMessage
 
+from sara_common.ros.members import current
 from sara_localization.geometry.rigid import IDENTITY, Transform
 from sara_localization.inputs.data import StampedTransform
 from sara_localization.ros import conversions, wire
@@ -26,8 +27,8 @@ MOST_OWN = 1000
 class Tf2Transforms:
     """lookup(target, source, stamp) from tf2's buffer; waits `timeout` s for a transform that is not there yet.
 
-    What this node broadcasts it enters itself (`enter`), at once; it does not listen to itself on /tf. on_news: called
-    when transforms have come.
+    What this node broadcasts it enters itself (`enter`), at once; it does not listen to itself on /tf, but to other
+    nodes of its process (sara_common.ros.members). on_news: called when transforms have come.
     """
 
     def __init__(self, timeout: float = 0.0, on_news: Callable[[], None] = lambda: None):
@@ -39,7 +40,8 @@ class Tf2Transforms:
             rospy.Subscriber(topic, wire.unread(TFMessage), self._hear, enter, tcp_nodelay=True)
             for topic, enter in (('/tf', self.buffer.set_transform), ('/tf_static', self.buffer.set_transform_static))
         ]
-        self._subscribers[0].impl.add_connection(_Itself(self._subscribers[0].resolved_name))
+        if current() is None:
+            self._subscribers[0].impl.add_connection(_Itself(self._subscribers[0].resolved_name))
 
     def enter(self, stamped: StampedTransform) -> None:
         """A StampedTransform of this node's own; tf2 is told when somebody asks."""
