@@ -1,6 +1,7 @@
 """The bus description: round trips of every frame, and every refusal by its name."""
 
 import math
+import struct
 from contextlib import suppress
 
 import cantools
@@ -11,6 +12,8 @@ from hypothesis import strategies as st
 from canserial.dbc.bus import BadLength, BadValue, BusDescription, BusError, UnknownFrame, packaged
 from canserial.dbc.modes import has_assisted, modes_of
 from canserial.frame import Frame
+from canserial.reader.config import ReaderConfig
+from canserial.reader.reader import Reader
 from sara_common.platforms import load
 
 BUS = BusDescription.default()
@@ -138,6 +141,33 @@ def test_missing_and_unknown_signals_are_named():
 def test_any_frame_decodes_or_is_refused_by_name(identifier, data, extended):
     with suppress(UnknownFrame, BadLength):
         BUS.decode(Frame(identifier, data, 0.0, extended))
+
+
+OTHER = """BO_ 900 OTHER: 8 SENSOR
+ SG_ part M : 0|8@1+ (1,0) [0|0] "" PC
+ SG_ a m0 : 8|8@1+ (1,0) [0|0] "" PC
+ SG_ b m1 : 8|8@1+ (1,0) [0|0] "" PC
+
+BO_ 901 RATE: 4 SENSOR
+ SG_ rate : 0|32@1- (1,0) [0|0] "" PC
+
+"""
+
+
+def test_what_cantools_cannot_unpack_and_what_is_no_number_is_refused_by_name(tmp_path):
+    """Multiplexed signals of an unknown part; floats that are none."""
+    file, text = tmp_path / 'other.dbc', text_of('sara')
+    start = text.index('BO_ ')
+    file.write_text(text[:start] + OTHER + text[start:] + '\nSIG_VALTYPE_ 901 rate : 1;\n')
+    bus = BusDescription(file)
+    assert bus.decode(Frame(900, bytes([1, 7, *[0] * 6]))) == ('OTHER', {'part': 1, 'b': 7})
+    assert bus.decode(Frame(901, struct.pack('<f', 1.5))) == ('RATE', {'rate': 1.5})
+    reader = Reader(ReaderConfig.of(), bus)
+    for frame in (Frame(900, bytes([7] * 8), 1.0), Frame(901, struct.pack('<f', math.nan), 1.1)):
+        with pytest.raises(BadValue, match='OTHER|RATE'):
+            bus.decode(frame)
+        assert reader.on_frame(frame) == []
+    assert reader.counters['bad_value'] == 2
 
 
 def test_an_unknown_message_and_a_missing_file_are_named():

@@ -129,6 +129,17 @@ class Chair:
         return readings
 
 
+def test_a_clock_that_went_back_is_no_motion():
+    chair = Chair()
+    chair.time = 5000.0
+    chair.turn(12)
+    chair.turn(2, steps=100)
+    assert chair.reader.motion(chair.time) == 'a wheel turns'
+    chair.time = 1000.0
+    chair.turn(1)
+    assert chair.reader.motion(chair.time) == '' and chair.reader.calibrate(chair.time) == ''
+
+
 def test_a_second_calibration_goes_on_beside_the_old_offset_and_then_takes_its_place():
     chair = Chair()
     chair.turn(12)

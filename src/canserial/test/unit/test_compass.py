@@ -175,12 +175,28 @@ def test_the_variance_is_honest_over_many_drives():
 def test_what_the_gyroscope_missed_opens_the_variance():
     drive = Drive().go(3.0, speed=0.0).go(10.0)
     variance = drive.compass.filter.yaw_variance
-    reading = ImuReading(drive.time + 0.05, 0.0, 0.0, 0.0, (0.0, 0.0, 0.0), GRAVITY, yaw_variance=0.5)
+    reading = ImuReading(drive.time + 0.05, 0.0, 0.0, 0.0, (0.0, 0.0, 0.0), GRAVITY, unseen=0.5)
     heading = drive.compass.on_imu(reading, False)
     assert heading.yaw_variance == pytest.approx(variance + 0.5, rel=0.05)
-    assert (
-        drive.compass.on_imu(reading._replace(stamp=drive.time + 9.0, yaw_variance=99.0), False).yaw_variance == ANY_YAW
-    )
+    assert drive.compass.on_imu(reading._replace(stamp=drive.time + 9.0, unseen=99.0), False).yaw_variance == ANY_YAW
+
+
+def test_what_was_missed_counts_where_the_robot_stands_again_by_then():
+    drive = Drive().go(3.0, speed=0.0).go(10.0).go(2.0, speed=0.0)
+    variance, iron = drive.compass.filter.yaw_variance, drive.compass.filter.P[3, 3]
+    reading = ImuReading(drive.time + 0.05, 0.0, 0.0, 0.0, (0.0, 0.0, 0.0), GRAVITY, unseen=0.5)
+    assert drive.compass.on_imu(reading, True).yaw_variance == pytest.approx(variance + 0.5, rel=0.05)
+    assert drive.compass.filter.P[3, 3] > iron
+
+
+def test_the_heading_is_found_again_after_every_outage_in_which_the_robot_turned():
+    drive = Drive().go(3.0, speed=0.0).go(15.0, rate=0.1)
+    for _ in range(2):
+        drive.yaw, drive.time = drive.yaw + 2.5, drive.time + 4.0  # nothing was heard of it
+        reading = ImuReading(drive.time, 0.0, 0.0, 0.0, (0.0, 0.0, 0.0), GRAVITY, unseen=ANY_YAW)
+        assert drive.compass.on_imu(reading, True).yaw_variance > 3.0
+        drive.go(2.0, speed=0.0).go(40.0, rate=0.1)
+        assert abs(drive.error) < 2.0
 
 
 def test_a_frozen_imu_gives_no_heading():

@@ -76,6 +76,7 @@ class Receiver:
         self.problems: Counter[str] = Counter()
         self.fixes = 0
         self.without_since: float | None = None
+        self.heard: float | None = None  # s, of the last GGA
         self._found: bool | None = None  # None: nothing has come yet
         self._deviations: tuple[float, tuple[float, float, float]] | None = None
         self._tells = False  # whether there is GST
@@ -106,6 +107,8 @@ class Receiver:
         return []
 
     def _gga(self, fields, now):
+        lost = self.silent(now) or not self._found
+        self.heard = now
         quality = read.number(fields, 5, 0, 9)
         latitude, longitude = read.angle(fields, 1, 90.0, 'NS'), read.angle(fields, 3, 180.0, 'EW')
         status = _QUALITIES.get(int(quality or 0), NO_FIX)
@@ -115,13 +118,17 @@ class Receiver:
         hdop = read.number(fields, 7, 0.0, 1e3)
         above_sea, geoid = read.number(fields, 8, -1e5, 1e7), read.number(fields, 10, -1e3, 1e3)
         altitude = math.nan if above_sea is None else above_sea + (geoid or 0.0)
-        waits = self._tells and not self._found and self._told(now) is None
+        waits = self._tells and lost and self._told(now) is None
         found = self._released(now)
         fix = Fix(now, status, latitude, longitude, altitude, (0.0, 0.0, 0.0), UNKNOWN)
         self._waiting = fix, int(quality), hdop or 1.0
         self.fixes += 1
         self._has_fix(True, now)
         return found if waits else [*found, *self._released(now)]
+
+    def silent(self, now: float) -> bool:
+        """Whether it has said nothing of its place for FRESH_S, by the time `now` (s)."""
+        return self.heard is None or not 0.0 <= now - self.heard <= FRESH_S
 
     def _released(self, now):
         """The fix that waits, if one does, with what is known of its deviations now."""

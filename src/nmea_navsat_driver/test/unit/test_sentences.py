@@ -118,14 +118,18 @@ def test_an_old_gst_is_not_believed():
     heard = Heard()
     heard.on(GST, 1.0)
     heard.on(GGA.format(1), 1.1)
+    assert heard.on(GGA.format(1), 2.8)[0].covariance_type == DIAGONAL
     assert heard.on(GGA.format(1), 4.5)[0].covariance_type == APPROXIMATED
 
 
-def test_the_first_fix_after_an_outage_has_its_own_deviations():
+@pytest.mark.parametrize('says_so', [True, False], ids=['no fix', 'silence'])
+def test_the_first_fix_after_an_outage_has_its_own_deviations(says_so):
     heard = Heard()
     heard.on(GGA.format(1), 1.0)
     heard.on(GST, 1.1)
-    heard.on(NO_FIX_GGA, 2.0)
+    if says_so:
+        heard.on(NO_FIX_GGA, 2.0)
+    assert heard.receiver.silent(59.9) and not heard.receiver.silent(2.0)
     assert heard.on(GGA.format(1), 60.0) == []
     assert len(heard.on(RMC, 60.05)) == 2
     (fix,) = heard.on(GST.replace('1.2,3.0', '2.2,3.0'), 60.1)

@@ -227,6 +227,15 @@ def test_an_impact_is_told_once():
     assert [values['alarma'] for values in bench.run(60).said('IMPACT_GYRO')[start:]] == [1, 0, 0]
 
 
+def test_a_blow_that_shakes_a_plug_is_told_once_the_chip_answers_again():
+    bench, once = Bench().run(205), iter([True])
+    bench.mpu.impact, bench.i2c.fails = True, lambda: next(once, False)
+    start = len(bench.said('IMPACT_GYRO'))
+    bench.run(100)
+    assert bench.node.counts['I2C errors'] == 1
+    assert sum(values['alarma'] for values in bench.said('IMPACT_GYRO')[start:]) == 1
+
+
 def test_yaw_beyond_16_bits_goes_round_and_tilt_stays_at_its_limit():
     bench = Bench(bias=(0, 16384, -16384, 0, 0, 2620)).run(500)
     angles = bench.said('COMPLEMENTARY')[-1]

@@ -166,7 +166,15 @@ class BusDescription:
         if len(frame.data) != message.length:
             raise BadLength(f'{message.name} has {len(frame.data)} bytes, {message.length} are right')
         codec = self._codecs[message.name]
-        return message.name, codec.decode(frame.data) if codec else message.decode(frame.data, decode_choices=False)
+        if codec:
+            return message.name, codec.decode(frame.data)
+        try:
+            values = message.decode(frame.data, decode_choices=False)
+        except Error as error:
+            raise BadValue(f'{message.name}: {error}') from error
+        if not all(map(math.isfinite, values.values())):
+            raise BadValue(f'{message.name} is {values}, allowed are finite numbers')
+        return message.name, values
 
     def _encode(self, name: str, signals: dict) -> bytes:
         """What has no Codec, by cantools. Raises KeyError where a signal is missing, ValueError among others."""

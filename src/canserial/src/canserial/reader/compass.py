@@ -105,8 +105,9 @@ class Compass:
         self._turned += z * dt
         if heading is None or not heading.started:
             return None
-        unseen = 0.0 if before is None else max(reading.yaw_variance - before.yaw_variance, 0.0)
-        heading.predict(dt, z, rolled, still, unseen)
+        if reading.unseen:
+            self._mean, self._run = None, 0  # the gyroscope does not turn back what it missed
+        heading.predict(dt, z, rolled, still, reading.unseen)
         return HeadingReading(
             reading.stamp,
             self.tilt.roll,

@@ -8,6 +8,7 @@ KINDS = {
     'stamp_implausible': 'frames whose time is none',
     'unknown_id': 'frames of an id that the bus description does not hold',
     'bad_length': 'frames of a wrong length',
+    'bad_value': 'frames that hold no finite numbers, or a part that the bus description does not know',
     'encoder_jumped': 'encoder frames with more steps than the wheels can turn',
     'encoder_clock_stuck': "encoder frames whose own clock stood (old, repeated, or the motor node's clock is stuck)",
     'encoder_clock_jumped': 'encoder frames whose own clock jumped',

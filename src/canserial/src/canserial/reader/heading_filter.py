@@ -87,7 +87,7 @@ class HeadingFilter:
         x, P = self.x, self.P
         if still:
             self._rest(rate)
-            turn = 0.0
+            P, turn = self.P, 0.0
             self._share += 0.0 if self._still else 1.0  # without the motors' field a place is another one
         else:
             turn = self.rate(rate) * dt

@@ -46,7 +46,7 @@ class ImuReader:
         self.calibration = None if self.offset else self._new_calibration(persistent=True)
         self.period = NORMAL_PERIOD if config.imu_period == AUTO else config.imu_period
         self.stamp = None
-        self.yaw_doubtful, self.yaw_variance = False, 0.0
+        self.yaw_doubtful, self.yaw_variance, self._unseen = False, 0.0, 0.0
         stored_gain = None if stored is None else stored.gain
         gain = (
             config.gain if config.gain is not None else stored_gain if stored_gain is not None else config.default_gain
@@ -84,9 +84,9 @@ class ImuReader:
 
     def motion(self, now: float) -> str:
         """Why the chair does not stand still at `now` (s), '' if it does."""
-        if now - self._wheel_moved < STILL_TIME:
+        if abs(now - self._wheel_moved) < STILL_TIME:  # a clock that went back is a new beginning
             return 'a wheel turns'
-        return 'the gyroscope moves' if now - self._gyro_moved < STILL_TIME else ''
+        return 'the gyroscope moves' if abs(now - self._gyro_moved) < STILL_TIME else ''
 
     def calibrate(self, now: float) -> str:
         """Measure the offset again; returns '' if it has begun, else why not. See Reader.calibrate."""
@@ -162,7 +162,7 @@ class ImuReader:
         self.yaw_doubtful = True
         if self._unseen_since is None:
             self._unseen_since = self._frozen.since
-        return [self._last._replace(stamp=stamp, frozen=True)]
+        return [self._last._replace(stamp=stamp, frozen=True, unseen=0.0)]
 
     def _new_calibration(self, persistent):
         config = self.config
@@ -215,7 +215,10 @@ class ImuReader:
                 return None
         roll, pitch = self._tilt[1]
         rates = x, y, self.yaw.gain * z
-        return ImuReading(stamp, roll, pitch, self.yaw.yaw, rates, self._acceleration[1], self.yaw_variance)
+        unseen, self._unseen = self._unseen, 0.0
+        return ImuReading(
+            stamp, roll, pitch, self.yaw.yaw, rates, self._acceleration[1], self.yaw_variance, unseen=unseen
+        )
 
     def _rates(self, gyro):
         (x, y, z), (offset_x, offset_y, offset_z) = gyro, self.offset
@@ -245,5 +248,6 @@ class ImuReader:
                 self._unseen_since = newest
         if self._unseen_since is not None:
             unseen, self._unseen_since = max(stamp - self._unseen_since, 0.0), None
-            self.yaw_variance = min(self.yaw_variance + (self.config.unseen_rate * unseen) ** 2, ANY_YAW)
+            self._unseen = min(self._unseen + (self.config.unseen_rate * unseen) ** 2, ANY_YAW)
+            self.yaw_variance = min(self.yaw_variance + self._unseen, ANY_YAW)
         return True

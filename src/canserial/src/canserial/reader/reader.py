@@ -7,7 +7,7 @@ from collections import Counter
 
 from canserial.calibration.calibration import GyroCalibration
 from canserial.calibration.calibration_file import Calibration
-from canserial.dbc.bus import BadLength, BusDescription, UnknownFrame
+from canserial.dbc.bus import BadLength, BadValue, BusDescription, UnknownFrame
 from canserial.dbc.modes import modes_of
 from canserial.frame import Frame
 from canserial.reader.compass import Compass
@@ -186,6 +186,8 @@ class Reader:
             return self._drop('unknown_id', stamp)
         except BadLength:
             return self._drop('bad_length', stamp)
+        except BadValue:
+            return self._drop('bad_value', stamp)
         if not self.frames:
             self.first_stamp = stamp
         self.frames += 1

@@ -23,7 +23,7 @@ class ImuReading(NamedTuple):
     it.
 
     yaw_variance: rad2, to be added for what the chair may have turned unseen. frozen: the IMU's registers stand still,
-    all but the stamp is old.
+    all but the stamp is old. unseen: rad2, of what it may have turned unseen since the reading before.
     """
 
     stamp: float
@@ -34,6 +34,7 @@ class ImuReading(NamedTuple):
     linear_acceleration: tuple
     yaw_variance: float = 0.0
     frozen: bool = False
+    unseen: float = 0.0
 
     def variances(self, stated: Sequence[tuple]) -> list[tuple]:
         """Return those of the angles, rates and accelerations, three each, of a sensor that states these; NO_ESTIMATE

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import termios
 import threading
 from dataclasses import fields
 
@@ -22,6 +23,10 @@ TIMEOUT = 0.2
 FIRST_PAUSE, LAST_PAUSE = 0.2, 2.0
 """s of the wall clock."""
 DIAGNOSTICS_PERIOD = 1.0
+PORT_FAILS = (OSError, ValueError, termios.error)
+"""What pyserial raises: OSError where there is no port, ValueError for an impossible baud rate, termios.error where the
+port goes while it is opened.
+"""
 
 
 class DriverNode:
@@ -54,6 +59,8 @@ class DriverNode:
             level, message = WARN, f'no fix for {max(0.0, rospy.get_time() - without):.0f} s'
         elif not self.receiver.fixes:
             level, message = WARN, 'the receiver has said nothing yet'
+        elif self.receiver.silent(rospy.get_time()):
+            level, message = WARN, f'the receiver is silent, after {self.receiver.fixes} fixes'
         damaged = {f'damaged: {kind}': count for kind, count in self.receiver.problems.items()}
         self.diagnostics.publish(level, message, {'fixes': self.receiver.fixes, **damaged})
 
@@ -66,7 +73,7 @@ class DriverNode:
                     rospy.loginfo('reading the GPS receiver at %s, %d baud', self.config.port, self.config.baud)
                     self._closed, pause = '', FIRST_PAUSE
                     self._read(port)
-            except (OSError, ValueError) as error:  # SerialException is an OSError; ValueError: an impossible baud rate
+            except PORT_FAILS as error:
                 if self._closed != str(error) and not self._ending.is_set():
                     self._closed = str(error)
                     rospy.logwarn('the GPS receiver is not read: %s; it is tried again and again', error)

@@ -59,6 +59,8 @@ class SpeedLoop:
         speed = 2.0 * pi * moved / self.config.steps_per_turn / dt
         if abs(speed) > self.config.max_speed:
             self.glitches += 1
+            if target == 0.0 or not allowed:  # to stop needs no count that is believed
+                self._release()
             return self.output
         growing = abs(speed) > 0.9 * abs(self.speed)
         self.speed = speed

@@ -99,7 +99,10 @@ class ImuStates:
             try:
                 self.imu.check()
                 if self.offsets is None or self.imu.offsets() == self.offsets:
-                    self._go_on(resume)
+                    if resume == RUNNING:  # what the chip latched meanwhile is still to be told
+                        self.state, self.reason = RUNNING, ''
+                    else:
+                        self._go_on(resume)
                     return
             except ChipError:
                 pass
