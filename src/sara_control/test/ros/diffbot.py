@@ -9,7 +9,7 @@ from sara_control.wheels.base import WheelBase, WheelPositions
 
 
 class Diffbot(WheelBase):
-    """Counts from `~first_position` (rad), `~broken` makes its positions NaN."""
+    """Counts from `~first_position` (rad), `~broken` makes its positions NaN, the first of them None."""
 
     joints = tuple(f'{place}{side}_wheel' for side in ('left', 'right') for place in ('', 'front_', 'rear_'))
 
@@ -18,7 +18,7 @@ class Diffbot(WheelBase):
         self._angles = [params.get('first_position', 0.0)] * 2
         self._speeds = (0.0, 0.0)
         self._at = None
-        self._broken = False
+        self._broken, self._forgets = False, True
         rospy.Service('~broken', SetBool, self._break)
 
     def _break(self, request):
@@ -31,6 +31,9 @@ class Diffbot(WheelBase):
         self._at = t
         self._angles = [angle + speed * dt for angle, speed in zip(self._angles, self._speeds)]
         count = len(self.config.left_joints)
+        if self._broken and self._forgets:
+            self._forgets = False
+            return None  # as code does that forgets to return something
         left, right = (math.nan, math.nan) if self._broken else self._angles
         return [WheelPositions((left,) * count, (right,) * count, t)]
 

@@ -233,3 +233,15 @@ def test_any_speed_makes_a_frame(left, right):
     values = BUS.decode(base.command(left, right))[1]
     if not (math.isfinite(left) and math.isfinite(right)):
         assert (values['left'], values['right']) == (0.0, 0.0)
+
+
+@pytest.mark.parametrize('hours', [10, 60, 100])
+def test_a_motor_node_that_starts_anew_moves_nothing_however_long_it_ran(hours):
+    """Its clock of 0.1 ms wraps after 119 h."""
+    base, ticks = CanBase(BUS, 64000, 20.0), int(hours * 36e6)
+    for k in range(5):
+        before = pair(base, 30_000_000, 30_000_000, ticks + 1000 * k, 1000.0 + 0.1 * k)
+    after = None
+    for k in range(1, 4):
+        after = pair(base, 0, 0, 1000 * k, 1000.9 + 0.1 * k) or after
+    assert base.counters['clock_restarted'] >= 1 and after[:2] == before[:2]

@@ -357,3 +357,53 @@ def test_config_names_every_fault():
         PlausibilityConfig(steps_per_turn=0)
     with pytest.raises(ConfigError, match='depth is 1'):
         SafetyConfig.from_params({**PARAMS, 'plausibility': {'depth': 1}})
+
+
+ALONE = {f'{name}_timeout': 0.0 for name in ('encoder', 'imu', 'localization', 'bus', 'range')}
+
+
+@pytest.mark.parametrize('back', [5.0, 5.02])
+def test_a_command_of_before_the_clock_was_set_back_is_none(back):
+    """No other node stops a robot whose gate watches no sensor."""
+    guard, t, ends = Guard(SafetyConfig.from_params({**PARAMS, 'gate': {**PARAMS['gate'], **ALONE}})), 100.0, 0
+    guard.on_mode(t, 3)
+    guard.step(t)
+    for _ in range(200):
+        t += 0.02
+        guard.on_command(t, 0.4, 0.0)
+        guard.step(t)
+    assert guard.step(t).v > 0.3
+    t -= back
+    for k in range(400):  # past the old command's stamp
+        t += 0.02
+        decision = guard.step(t)
+        ends += decision.give_up
+        assert k < 60 or decision.v == 0.0
+    assert ends <= 1
+
+
+def test_an_emergency_stop_is_released_on_a_robot_without_encoders():
+    guard, t = Guard(SafetyConfig.from_params({**PARAMS, 'gate': {**PARAMS['gate'], **ALONE}})), 100.0
+    guard.on_mode(t, 3)
+    guard.on_emergency_stop(True)
+    guard.step(t)
+    guard.on_emergency_stop(False)
+    for _ in range(100):
+        t += 0.02
+        guard.step(t)
+    assert guard.reset() == (True, 'The emergency stop is released.')
+
+
+def test_who_was_detected_before_the_clock_was_set_back_is_past():
+    zones, t = Guard(SafetyConfig.from_params(PARAMS)).zones, 1000.0
+    for distance in (2.5, 2.5, 2.5, 2.2, 1.9, 1.6, 1.3):
+        t += 0.2
+        zones.on_raw_range('SDI', distance, t)
+        zones.on_range('SDI', distance, t)
+    assert zones.pedestrian_moving
+    t -= 600.0
+    for k in range(30):
+        t += 0.2
+        zones.on_raw_range('SDI', 5.0 + 0.001 * (k % 2), t)
+        zones.on_range('SDI', 5.0 + 0.001 * (k % 2), t)
+    assert not zones.pedestrian_moving

@@ -134,3 +134,13 @@ def test_a_jamb_that_is_in_the_way_is_not_touched_though_it_leaves_the_cone(jamb
 
 def test_one_that_forgets_touches_it():
     assert min(creeping(0.2 + 0.01 * k, 0.01 * m, forgets=True) for k in range(9) for m in range(6)) <= 0.0
+
+
+def test_a_reading_that_comes_a_little_late_forgets_nothing():
+    """Each topic is heard in a thread of its own."""
+    lost = losing()
+    (kept,) = lost.places
+    assert not lost.carry(0.999, 0.05, 0.0) and lost.places == [kept]
+    lost.carry(1.05, 0.05, 0.0)
+    assert lost.places[0].x == pytest.approx(kept.x - 0.05 * 0.05)
+    assert lost.carry(0.9, 0.05, 0.0) and not lost.places  # the clock was set back

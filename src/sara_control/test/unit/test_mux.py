@@ -217,3 +217,27 @@ def test_config_is_twist_muxs_and_names_every_fault():
         MuxConfig.from_params({})
     with pytest.raises(ConfigError, match="name is 'joystick' more than once"):
         MuxConfig.from_params({'topics': [TOPICS[0], TOPICS[0]]})
+
+
+def test_where_the_clock_is_set_back_a_lock_that_fell_silent_locks():
+    one = mux(LOCKS)
+    one.on_lock(100.0, 'watchdog', False)
+    t = 40.0
+    for _ in range(30):
+        t += 0.1
+        assert (one.on_command(t, 'navigation', 0.5, 0.0) or SelectedCommand(0.0, 0.0, '')).v == 0.0
+    assert one.locked(t) == 255
+
+
+def test_where_the_clock_is_set_back_who_was_interrupted_has_not_paused_and_old_commands_are_none():
+    one = mux()
+    one.on_command(100.0, 'navigation', 0.3, 0.0)
+    one.on_command(100.1, 'joystick', 0.4, 0.0)
+    t = 90.0
+    for _ in range(130):  # past 100.1 again
+        t += 0.1
+        one.on_command(t, 'navigation', 0.3, 0.0)
+        assert one.driver == NO_DRIVER
+    assert one.take_preempted() == ('navigation',)
+    one.update(t + 0.6)
+    assert one.on_command(t + 0.7, 'navigation', 0.3, 0.0) == SelectedCommand(0.3, 0.0, 'navigation')

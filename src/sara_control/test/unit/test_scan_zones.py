@@ -342,3 +342,24 @@ def test_the_reaction_time_is_what_it_is_derived_from():
     ray, sweep, cycle, wheels = 0.1, 540 * RAY_S, 0.02, 0.15
     assert SCAN.reaction_time == pytest.approx(ray + sweep + cycle + wheels, abs=0.006)
     assert SCAN.reaction_time >= ray + sweep + cycle + wheels - 1e-9
+
+
+def test_a_scanner_may_count_its_angles_from_0_to_2_pi():
+    """Its hits on the right are those of one that counts from -pi to pi."""
+    found = []
+    for turned in (0.0, math.tau):
+        ride = Ride(lambda _: [(1.2, -0.2, 0.1)])
+
+        def counted(sweep, turned=turned):
+            right = (ANGLES < 0.0) & (ANGLES > -2.0)
+            return sweep._replace(
+                angle_min=float(ANGLES[right][0] + turned),
+                angle_max=float(ANGLES[right][-1] + turned),
+                ranges=np.asarray(sweep.ranges)[right],
+            )
+
+        ride.spoil = counted
+        ride.run(0.0, 0.0, 2.0)
+        assert not any(ride.dropped) and len(ride.zones.scan.hits.x) > 1
+        found.append(ride.zones.scan.hits.x.tolist())
+    assert found[0] == pytest.approx(found[1])

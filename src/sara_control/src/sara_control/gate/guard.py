@@ -137,6 +137,9 @@ class Guard:
 
     def step(self, t: float) -> Decision:
         """The Decision at t; to be called at a steady rate, and at once when something grave has come."""
+        command = self._command
+        if command is not None and command.stamp > t + AHEAD:  # the clock was set back: silence begins now
+            self._command = Command(command.v, command.w, t)
         self.zones.see(t)
         decision = self.gate.step(t, self._command, self._inputs())
         self.plausibility.on_command(t, decision.v, decision.w, self._pc_drives is True)

@@ -104,7 +104,7 @@ class SafetyGate:
             return True, 'The emergency stop is not on.'
         if self._pressed:
             return False, 'The emergency stop is still pressed.'
-        if self.comfort.moving or not abs(inputs.speed) < self.config.rest_speed:
+        if self.comfort.moving or self.config.encoder_timeout and not abs(inputs.speed) < self.config.rest_speed:
             return False, 'The emergency stop is released only when the chair stands still.'
         if _moves(command):
             return False, 'The emergency stop is released only when no command to move is given.'

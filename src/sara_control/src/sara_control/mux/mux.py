@@ -127,6 +127,7 @@ class Mux:
         self._locks = {lock.name: (False, -math.inf) for lock in config.locks}
         self._taken = False
         self._preempted = ()
+        self._now = -math.inf
 
     def take_preempted(self) -> tuple[str, ...]:
         """Names of the sources that were preempted since the last call: their goals are to be cancelled."""
@@ -138,6 +139,7 @@ class Mux:
         if not (math.isfinite(v) and math.isfinite(w)):
             self.dropped[name] = self.dropped.get(name, 0) + 1
             return None
+        self._follow(t)
         latest = self._inputs[name]
         if latest.blocked and (v == w == 0.0 or _timed_out(t, self._sources[name], latest)):
             latest.blocked = False
@@ -149,6 +151,7 @@ class Mux:
 
     def on_lock(self, t: float, name: str, locked: bool) -> SelectedCommand | None:
         """Lock `name` is set or released at t (s). Returns a SelectedCommand or None."""
+        self._follow(t)
         self._locks[name] = (bool(locked), t)
         return self._decide(t)
 
@@ -160,6 +163,14 @@ class Mux:
     def update(self, t: float) -> SelectedCommand | None:
         """Looks for timeouts at t (s); to be called often. Returns a SelectedCommand or None."""
         return self._decide(t)
+
+    def _follow(self, t):
+        """Where the clock was set back, all that was said before is old; who is blocked has not paused by that."""
+        if t < self._now - AHEAD:
+            for latest in self._inputs.values():
+                latest.stamp = t if latest.blocked else -math.inf
+            self._locks = {name: (locked, -math.inf) for name, (locked, _) in self._locks.items()}
+        self._now = t
 
     def locked(self, t: float) -> int:
         """The priority below which sources are locked at t (s)."""
@@ -185,6 +196,7 @@ class Mux:
 
     def _decide(self, t):
         """Chooses the driver; returns the command to pass on if it is another than before, or None."""
+        self._follow(t)
         least = self.locked(t)
         active = [pair for pair in self._all if not _timed_out(t, *pair)]
         before, self.driver = self.driver, self._driver(active, least)

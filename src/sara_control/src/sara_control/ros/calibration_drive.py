@@ -37,6 +37,8 @@ class CalibrationDrive:
     def on_odometry(self, message: Odometry) -> None:
         """Where it is, the heading unwrapped."""
         pose = message.pose.pose
+        if not all(map(math.isfinite, (pose.position.x, pose.position.y, pose.orientation.z, pose.orientation.w))):
+            return  # as if none had come
         yaw = 2.0 * math.atan2(pose.orientation.z, pose.orientation.w)
         before = yaw if self.heading is None else self.heading
         self.heading = before + math.remainder(yaw - before, math.tau)

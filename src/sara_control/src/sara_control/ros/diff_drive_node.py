@@ -106,20 +106,27 @@ class DiffDriveNode:
         """Positions the base has: odometry and joint states."""
         with self.lock:
             try:
-                readings = self.base.read(rospy.get_time())
-            except Exception as error:  # a robot's own code
-                self.base_failed('read', error)
-                return
-            for positions in readings:
-                state = self.controller.on_wheels(*positions)
-                self.publish_joints(positions)
-                if state is not None:
-                    self.publish_odometry(state)
+                for positions in self.base.read(rospy.get_time()):
+                    state = self.controller.on_wheels(*positions)
+                    self.publish_joints(positions)
+                    if state is not None:
+                        self.publish_odometry(state)
+            except Exception as error:  # a robot's own code, or what it returned
+                if not rospy.core.is_shutdown_requested():  # then topics close while they are published on
+                    self.base_failed('read', error)
 
     def base_failed(self, what: str, error: Exception) -> None:
         """The wheels' positions will be too old soon, and that stops everything."""
         self.base.counters[f'{what}_failed'] += 1
         rospy.logerr_throttle(10.0, f'the wheel base failed to {what}: {error!r}')
+
+    def may_drive(self) -> bool:
+        """Whether the wheels obey; not while the base cannot tell."""
+        try:
+            return self.base.may_drive
+        except Exception as error:  # a robot's own code
+            self.base_failed('tell who drives', error)
+            return False
 
     def publish_joints(self, positions: WheelPositions) -> None:
         """Measured wheel positions and speeds."""
@@ -177,7 +184,7 @@ class DiffDriveNode:
         with self.lock:
             if self.stopping.is_set():  # asked and written under one lock: nothing follows the last stop
                 return
-            left, right = self.controller.update(stamp.to_sec(), self.base.may_drive)
+            left, right = self.controller.update(stamp.to_sec(), self.may_drive())
             try:
                 self.base.write(left, right, stamp.to_sec())
             except Exception as error:  # a robot's own code
@@ -215,7 +222,7 @@ class DiffDriveNode:
             with self.lock:
                 counters = {**self.base.counters, **self.controller.counters}
                 known, stopped_by = self.controller.wheels_known(rospy.get_time()), self.controller.stopped_by
-                may_drive, who = self.base.may_drive, self.base.state
+                may_drive, who = self.may_drive(), self.base.state
             for kind in sorted(counters.keys() - warned):
                 rospy.logwarn('dropped or lost: %s; counted in /diagnostics', kind.replace('_', ' '))
                 warned.add(kind)

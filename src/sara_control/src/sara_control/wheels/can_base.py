@@ -110,7 +110,8 @@ class CanBase:
         if last is None:
             return WheelPositions(0.0, 0.0, stamp, 0.0)
         interval = _signed(clock - last[2]) * TICK
-        if interval <= 0.0:  # repeated frames never come here: the motor node started anew, its counters too
+        # Repeated frames never come here: the motor node started anew, its counters too.
+        if interval <= 0.0 or 0.0 <= stamp - last[3] < interval - self.STALE:
             self.counters['clock_restarted'] += 1
             self._unmeasured += max(0.0, stamp - last[3])
             return None

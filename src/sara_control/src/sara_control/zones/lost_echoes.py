@@ -28,6 +28,7 @@ INSIDE = math.radians(4.0)  # an obstacle this far inside a cone gives an echo
 FREE = 0.1  # m: an echo this much farther than the place shows that the place is free
 MOST = 8  # places that are kept
 LONGEST_GAP = 0.5  # s without a reading: how the chair moved meanwhile is not known
+DISORDER = 0.05  # s by which a reading may come after a later one of another sensor
 
 
 class LostPlace(NamedTuple):
@@ -49,6 +50,8 @@ class LostEchoes:
 
     def carry(self, stamp: float, v: float, w: float) -> bool:
         """The chair moved at v (m/s), w (rad/s) until stamp (s). Returns whether `places` changed."""
+        if self._last is not None and -DISORDER <= stamp - self._last < 0.0:
+            return False  # sensors are heard in threads of their own, now and then in another order
         before, self._last = self._last, stamp
         dt = 0.0 if before is None else stamp - before
         if abs(v) > MOVING:

@@ -103,6 +103,7 @@ class ScanZones:
         """Put a scan into the memory, each ray from where the scanner was at its time."""
         config, ranges = self.config, np.asarray(sweep.ranges, float)
         angles = sweep.angle_min + sweep.angle_increment * np.arange(len(ranges))
+        angles = np.where(angles > math.pi, angles - math.tau, angles)  # some scanners count from 0 to 2 pi
         seen = (ranges >= sweep.range_min) & (np.abs(angles) <= config.view)  # not NaN
         rays, hit = np.flatnonzero(seen), ranges[seen] < min(sweep.range_max, FARTHEST)
         reach, angles = np.minimum(ranges[seen], FARTHEST), angles[seen]

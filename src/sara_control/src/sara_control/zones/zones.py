@@ -153,6 +153,7 @@ class Zones:
         speed = detector.add(stamp, distance, v, w, self.caution.pedestrians_nearby(stamp))
         self._set_approach(name, speed)
         self._now = stamp
+        self._careful = min(self._careful, stamp + CAREFUL)  # the clock may have been set back
         if speed > 0.0:
             if detector.confirmed(stamp):
                 self._careful = stamp + CAREFUL
