@@ -305,12 +305,26 @@ def test_faulty_data_are_dropped_and_counted():
     assert correction.pose == (1.5, 1.3, 0.0) and correction.offset == (0.0, 0.0, 0.0)
 
 
+@pytest.mark.parametrize('gap', [1.05, 60.0])
+def test_dead_reckoning_that_comes_late_once_costs_a_robot_that_stood_nothing(gap):
+    correction = RangeCorrection(CONFIG, room())
+    for k in range(20):
+        correction.on_pose(0.02 * k, (3.0, 1.0, 0.0))
+    correction.start_at((1.5, 1.3, 1.5), np.diag((4e-4, 4e-4, 1e-4)))
+    correction.on_pose(0.4, (3.0, 1.0, 0.0))
+    correction.on_pose(0.4 + gap, (3.0, 1.0, 0.0))
+    assert correction.pose == pytest.approx((1.5, 1.3, 1.5)) and not correction.counts['jumped']
+    assert correction.sigma[0] == pytest.approx(0.02)
+
+
 def test_who_is_put_elsewhere_is_believed_anew():
     correction = RangeCorrection(CONFIG, room())
     ride(correction, (0.08, 0.05, 0.0))
     assert correction.offset != (0.0, 0.0, 0.0)
     correction.on_pose(60.0, (2.0, 1.0, 1.0))
     assert correction.pose == (2.0, 1.0, 1.0) and correction.counts['jumped'] == 1
+    heard = Heard(60.0, 60.0)
+    assert status('range_localization', correction, 60.0, heard, {}).level == WARN
     assert correction.sigma[0] == pytest.approx(math.sqrt(CONFIG.initial_cov_xx))
     correction.on_pose(20.0, (2.1, 1.0, 1.0))  # the clock went back
     assert correction.pose == (2.1, 1.0, 1.0) and correction.counts['jumped'] == 2

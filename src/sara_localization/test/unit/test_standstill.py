@@ -161,3 +161,16 @@ def test_a_yaw_that_is_set_is_no_drift():
     chair.imu_yaw += 1.0
     state = chair.run(5.0)
     assert abs(state[YAW] - chair.imu_yaw) < 0.1
+
+
+def test_where_the_clock_begins_anew_so_does_the_standstill():
+    """It is not waited for the old time; and a wheel sensor that has fallen silent parks nobody."""
+    chair = Chair(imu0_gyro_bias='standstill', reset_on_time_jump=True)
+    chair.run(5.0, v=0.5)
+    chair.step -= 40_000
+    chair.run(20.0)
+    assert chair.engine.parked and chair.engine.gyro_bias('imu0')[2] == pytest.approx(BIAS, abs=1e-3)
+    chair.step -= 40_000
+    chair.engine.add_odometry = lambda *_: None
+    chair.run(3.0)
+    assert not chair.engine.parked

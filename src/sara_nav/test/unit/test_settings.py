@@ -172,6 +172,10 @@ def test_all_faults_are_said_at_once():
         ),
         ({'global_costmap': {'z_voxels': 4}}, 'z_voxels has no effect: it belongs to the voxel layer'),
         ({'restore_defaults': True}, 'restore_defaults has no effect'),
+        (
+            {'global_costmap': {'plugins': [{'name': 'slow', 'type': 'sara_nav/SpeedFilter'}]}},
+            'global_costmap/slow: sara_nav/SpeedFilter has no effect there: put it into local_costmap/plugins',
+        ),
         ({'TrajectoryPlannerROS': {'point_grid': {'grid_resolution': 0.2}}}, 'point_grid/ has no effect'),
         (
             {'base_local_planner': 'dwa_local_planner/DWAPlannerROS', 'DWAPlannerROS': {'global_frame_id': 'odom'}},

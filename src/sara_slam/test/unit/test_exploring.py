@@ -311,3 +311,34 @@ def test_parameters_are_those_of_explore_lite_and_bad_ones_are_told():
     with pytest.raises(ConfigError) as told:
         ExploreConfig.from_params({'planner_frequency': 0.0, 'gain_scale': -1.0, 'costmap_topic': '', 'visualize': 3})
     assert len(told.value.faults) >= 3 or 'visualize' in str(told.value)
+
+
+def test_on_the_way_home_a_lost_pose_cancels_the_goal_and_it_is_set_out_for_again():
+    house = House({'time_limit': 0.5})
+    house.pose = house.step().pose
+    for _ in range(of_explorer.HOME_TRIES + 1):
+        assert house.step() == Drive(START)
+        assert (
+            house.explorer.step(house.now + 1.0, None) == Stop() and house.explorer.step(house.now + 2.0, None) is None
+        )
+    assert house.said[-1] == "Exploring waits: the robot's pose in the map is not known"
+
+
+@pytest.mark.parametrize('params', [{'progress_timeout': 5.0}, {'time_limit': 5.0}, {}])
+def test_while_the_gate_holds_no_other_goal_is_given_and_no_frontier_left(params):
+    house, hold = House(params), sentence(State.HELD, Reason.EMERGENCY_STOP)
+    first = house.step()
+    house.pose = Pose2D(1.5, 1.0, 0.0)
+    seen_from(house.known, first.pose, house.true)  # the frontier is gone
+    house.look()
+    assert [house.step(hold=hold) for _ in range(8)] == [None] * 8 and not any('left' in line for line in house.said)
+    assert isinstance(house.step(), Drive)
+
+
+def test_after_a_pause_it_has_as_much_time_again():
+    house = House({'time_limit': 100.0})
+    house.step()
+    house.explorer.pause('it was asked to.')
+    house.now += 200.0
+    house.explorer.resume()
+    assert isinstance(house.step(), Drive) and house.explorer.state is of_explorer.State.EXPLORING

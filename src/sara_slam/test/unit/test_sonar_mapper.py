@@ -180,3 +180,17 @@ def test_bad_parameters_are_refused_in_words(params, sentence):
 def test_what_is_no_parameter_is_told():
     config = SonarNodeConfig.from_params({'range_topics': ['a'], 'particles': 30})
     assert config.warnings == ('particles is no parameter of slam_sonar: ignored.',)
+
+
+@pytest.mark.parametrize('ahead', [3600.0, 15.0])
+def test_a_sensor_whose_clock_is_ahead_costs_the_others_nothing(ahead):
+    kept = []
+    for name in (None, 'right'):
+        mapper = SonarMapper(SonarConfig())
+        for number in range(1, 1500):
+            mapper.on_pose(0.05 * number, (0.01 * number, 0.0, 0.0))
+            mapper.on_range(0.05 * number - 0.02, 'left', (0.2, 0.3, math.pi / 2), 0.5)
+            if name and (number == 100 or ahead < 100.0):
+                mapper.on_range(0.05 * number + ahead, name, (0.2, -0.3, -math.pi / 2), 0.5)
+        kept.append(len(mapper.slam.kept))
+    assert kept[0] == kept[1] > 1000

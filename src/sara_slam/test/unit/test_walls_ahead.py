@@ -175,3 +175,18 @@ def test_a_mask_is_the_same_until_something_changes():
     mask, empty = slam.walls_ahead(), SonarSlam(CONFIG).walls_ahead()
     assert same(mask, slam.walls_ahead()) and not same(None, mask) and not same(mask, empty)
     assert empty.data.shape == (1, 1) and not len(occupied(empty))
+
+
+@pytest.mark.parametrize('yaw', [0.0, 0.3, -0.4, 2.0])
+def test_a_robot_that_stands_looks_where_it_drove(yaw):
+    """Its odometry is the same to the last bit, of which a relation makes 1e-16 m."""
+    slam = SonarSlam(CONFIG)
+    ways = np.concatenate([np.full(20, 0.0), np.arange(0.0, 2.0, 0.015), np.full(40, 2.0)])
+    drove = 20 + len(np.arange(0.0, 2.0, 0.015))
+    for number, way in enumerate(ways):
+        slam.on_pose(0.05 * number, (1.3 + way * math.cos(yaw), 2.7 + way * math.sin(yaw), yaw))
+        slam.on_range(0.05 * number - 0.02, 'front', FRONT, 0.5)
+        if number == drove - 1:
+            before = occupied(slam.walls_ahead())
+    after = occupied(slam.walls_ahead())
+    assert len(before) and len(after) and abs(before[:, 0].max() - after[:, 0].max()) < 0.1

@@ -146,6 +146,12 @@ class Standstill:
         self._wheels_seen = self._wheels_moved = -math.inf
         self.parked = False
 
+    def forget(self) -> None:
+        """The clock has begun anew: what was heard is past; what is known of biases stays."""
+        self._wheels_seen = self._wheels_moved = -math.inf
+        self.parked = False
+        self.forget_yaw()
+
     def forget_yaw(self) -> None:
         """After set_pose."""
         for gyro in self.gyros.values():

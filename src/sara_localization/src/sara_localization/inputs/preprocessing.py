@@ -97,6 +97,8 @@ class Preprocessor:
         self.now = math.inf
         self.history_from = -math.inf if self.config.smooth_lagged_data and self.config.history_length else math.inf
         self._last_stamps: dict[str, float] = {}
+        if self._watch:
+            self._watch.standstill.forget()
         self.forget_poses(0.0)
 
     def forget_poses(self, until: float) -> None:

@@ -29,10 +29,12 @@ from sara_localization.ranges.range_config import RangeConfig
 from sara_localization.ranges.range_data import RangeData, RangeMap
 from sara_localization.ranges.turn_scale import MOST, TurnScale
 
-FAULTS = ('bad_range', 'bad_pose', 'bad_frame', 'no_pose', 'no_map')
+FAULTS = ('bad_range', 'bad_pose', 'bad_frame', 'no_pose', 'no_map', 'jumped')
 """What becomes of data that are faulty or come too early or late; all else is what the surroundings are like."""
-LONGEST_GAP = 1.0
-"""s without dead reckoning after which the robot may be anywhere."""
+LONGEST_GAP, LONGEST_STEP = 3.0, 0.1
+"""s without dead reckoning after which only a robot that has stood is where it was; s for which what is given out goes
+on to follow the estimate meanwhile.
+"""
 JUMP_M, JUMP_RAD = 0.05, 0.05
 """By which a step of the dead reckoning may be longer than the robot is fast: a filter corrects itself."""
 MEMORY_S = 1.5
@@ -113,19 +115,15 @@ class RangeCorrection:
             dt, way, turned = stamp - last, math.dist(pose[:2], before[:2]), wrap_exact(pose[2] - before[2])
             if dt <= 0.0 and dt > -1.0:
                 return
-            if (
-                dt < 0.0
-                or dt > LONGEST_GAP
-                or way > c.max_vel_x * dt + JUMP_M
-                or abs(turned) > c.max_vel_theta * dt + JUMP_RAD
-            ):
+            driven = dt if dt <= LONGEST_GAP else 0.0
+            if dt < 0.0 or way > c.max_vel_x * driven + JUMP_M or abs(turned) > c.max_vel_theta * driven + JUMP_RAD:
                 self.counts['jumped'] += 1
                 self.forget()
             else:
                 self._grow(before, pose, way, turned)
         self._trail.append((stamp, tuple(pose)))
         if len(self._trail) > 1:
-            self._slew(stamp - self._trail[-2][0])
+            self._slew(min(stamp - self._trail[-2][0], LONGEST_STEP))
         while self._trail[0][0] < stamp - MEMORY_S:
             self._trail.popleft()
 

@@ -103,8 +103,13 @@ class RangeNode:
             except OSError as error:
                 rospy.logwarn('the scale of turns is not saved: %s', error)
 
-    def on_set_pose(self, _msg: PoseWithCovarianceStamped) -> None:
-        """Whoever dead-reckons begins there: it is believed anew."""
+    def on_set_pose(self, msg: PoseWithCovarianceStamped) -> None:
+        """Whoever dead-reckons begins there: it is believed anew; but for a pose that the filter refuses."""
+        data, frame, wanted = conversions.pose(msg), msg.header.frame_id.lstrip('/'), self.config.global_frame_id
+        known = frame in ('', wanted) or self.transforms.lookup(wanted, frame, data.stamp) is not None
+        if not known or true_pose(data.position, data.orientation) is None or not np.isfinite(data.covariance).all():
+            rospy.logwarn('set_pose is ignored: it is no pose, or in the unknown frame "%s"', frame)
+            return
         with self.lock:
             self.localizer.forget()
 
@@ -177,7 +182,7 @@ class RangeNode:
             what = self.localizer.on_range(
                 RangeData(topic, stamp, mount, msg.range, msg.min_range, msg.max_range, msg.field_of_view)
             )
-            self.last_range = stamp if self.last_range is None else max(self.last_range, stamp)
+            self.last_range = rospy.get_time()
             if what == 'bad_range':
                 self._warn_once(topic + what, f'a reading on {topic} holds what is no range: dropped')
             pose, P = self.correction.pose, self.correction.P

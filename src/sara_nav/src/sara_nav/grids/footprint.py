@@ -11,6 +11,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
+FARTHEST = 10.0
+"""m from its origin that a footprint may reach, as robot_radius and footprint_padding may."""
+
 
 class FootprintError(ValueError):
     """A footprint makes no sense; the message says what was given and what is allowed."""
@@ -25,8 +28,8 @@ def parse_footprint(value: str | Sequence) -> np.ndarray:
         raise FootprintError(f'footprint is {value!r}, allowed is a list of [x, y] pairs') from None
     if len(corners) < 3:
         raise FootprintError(f'footprint has {len(corners)} corners but must have at least 3')
-    if not np.isfinite(corners).all():
-        raise FootprintError(f'footprint is {value!r} but must hold finite numbers')
+    if not (np.abs(corners) <= FARTHEST).all():  # nor NaN
+        raise FootprintError(f'footprint is {value!r}, allowed are numbers from {-FARTHEST:g} to {FARTHEST:g} (m)')
     return corners
 
 

@@ -6,6 +6,7 @@ from typing import Any
 from sara_nav.config.parameters import Parameters
 from sara_nav.config.registry import Registry, UnknownPlanner
 from sara_nav.costmaps.costmap_settings import CostmapSettings, read_costmap
+from sara_nav.costmaps.layers.speed import SpeedFilter
 from sara_nav.goals.move_base_config import MoveBaseConfig
 from sara_nav.maps.map_io import GridMap
 from sara_nav.move_base.state_machine import MoveBase
@@ -116,6 +117,11 @@ def read_settings(parameters: Parameters) -> Settings:
     # The peer's global costmap is empty when nothing says that there is a map; planning on that helps nobody.
     global_costmap = read_costmap(parameters, GLOBAL, static_map=True, **above)
     local_costmap = read_costmap(parameters, LOCAL, **above)
+    parameters.warnings += [
+        f'{GLOBAL}{name}: sara_nav/SpeedFilter has no effect there: put it into {LOCAL}plugins'
+        for name, layer, _ in global_costmap.layers
+        if layer is SpeedFilter
+    ]
     planners = [
         read_planner(parameters, registry, name)
         for registry, name in (

@@ -2,7 +2,8 @@
 
 import math
 
-from sara_nav.planners.local_command import DRIVING, LocalCommand
+from sara_nav.grids.free_motions import Ways
+from sara_nav.planners.local_command import BLOCKED, DRIVING, LocalCommand
 from sara_nav.pursuit.cycle import Cycle
 from sara_nav.pursuit.messages import Words
 from sara_nav.pursuit.rotate_then_pursue_config import RotateThenPursueConfig
@@ -10,6 +11,8 @@ from sara_nav.pursuit.smooth_speed import approach
 
 SLOWEST, SLOWEST_TURN = 0.03, 0.005
 """Braking ends at a speed (m/s) and a turn rate (rad/s) below these."""
+HARDER = (1.0, 0.5, 0.2)
+"""Shares of a gentle stop's speed that are tried where something stands in its way."""
 
 
 class SmoothCommand:
@@ -24,7 +27,9 @@ class SmoothCommand:
         self.last, self.acceleration, self.turn_acceleration = (0.0, 0.0), 0.0, 0.0
 
     def come_to_rest(self, cycle: Cycle, text: str) -> LocalCommand:
-        """Return the command that brakes as the limits allow, on the curve driven now; text: what for."""
+        """Return the command that brakes as the limits allow, on the curve driven now, and harder where something is in
+        the way; text: what for.
+        """
         c, dt = self.config, cycle.dt
         v0, w0 = self.last
         size, self.acceleration = approach(abs(v0), self.acceleration, 0.0, c.dec_lim_x, c.jerk_lim_x, dt)
@@ -35,7 +40,22 @@ class SmoothCommand:
         w, self.turn_acceleration = approach(w0, self.turn_acceleration, target, c.acc_lim_theta, c.jerk_lim_theta, dt)
         if abs(w) < SLOWEST_TURN:
             w = self.turn_acceleration = 0.0
-        return LocalCommand(v, w, DRIVING, self._words.say(cycle.t, text, text))
+        share = self._free_share(cycle, v, w)
+        if share == 0.0:
+            return LocalCommand(0.0, 0.0, BLOCKED, 'something stands where it would come to rest')
+        return LocalCommand(share * v, share * w, DRIVING, self._words.say(cycle.t, text, text))
+
+    def _free_share(self, cycle, v, w):
+        """The greatest of HARDER at which the robot comes to rest before it touches something new; 0.0: at none."""
+        if v == 0.0:
+            return 1.0
+        c, ways = self.config, Ways(cycle.world)
+        free = (
+            share
+            for share in HARDER
+            if ways.stop_is_free(cycle.now, share * v, share * w, c.dec_lim_x, c.acc_lim_theta)
+        )
+        return next(free, 0.0)
 
     def turn_rate(self, wanted: float, dt: float) -> float:
         """Return the turn rate (rad/s) nearest to the one wanted that acceleration and jerk allow."""

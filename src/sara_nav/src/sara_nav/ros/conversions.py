@@ -12,6 +12,9 @@ from sara_common.planar import Pose2D, quaternion_from_yaw, yaw_from_quaternion
 from sara_nav.grids.grid import GridGeometry
 from sara_nav.maps.map_io import GridMap, MapError
 
+LONGEST_SWEEP = 10.0
+"""s that a scanner's sweep may take."""
+
 
 def pose_to_msg(pose: Pose2D) -> Pose:
     """Return a geometry_msgs/Pose of a Pose2D."""
@@ -113,3 +116,12 @@ def cloud_to_msg(points: np.ndarray, names: Sequence[str], frame: str, stamp: ro
     )
     msg.header.frame_id, msg.header.stamp = frame, stamp
     return msg
+
+
+def duration_of_sweep(seconds: float) -> rospy.Duration:
+    """The Duration that a sweep takes (s). Raises ValueError where no scanner takes so long: tf2 would end the process
+    at such a time.
+    """
+    if not seconds <= LONGEST_SWEEP:
+        raise ValueError(f'a sweep takes {seconds!r} s by its time_increment, allowed are {LONGEST_SWEEP:g} s')
+    return rospy.Duration.from_sec(seconds)

@@ -20,7 +20,7 @@ from sara_nav.costmaps.layered_costmap import LayeredCostmap
 from sara_nav.costmaps.layers.mask_filter import MaskFilter
 from sara_nav.costmaps.layers.obstacle import ObstacleLayer
 from sara_nav.costmaps.layers.range_sensor import RangeReading, RangeSensorLayer
-from sara_nav.costmaps.layers.static import StaticLayer
+from sara_nav.costmaps.layers.static import HERE, StaticLayer
 from sara_nav.costmaps.observations import CloudLayout, Observation, cloud_points, scan_rays, transformed
 from sara_nav.ros import conversions as conv
 from sara_nav.ros.common import TransformListener
@@ -167,12 +167,12 @@ class CostmapInputs:
 
     def _follow_map_frames(self):
         for layer, frame in self._map_frames.items():
-            if frame == self._costmap.config.global_frame or not layer.rolling:
+            if not layer.rolling:
                 continue
+            own = self._costmap.config.global_frame
             try:
-                layer.set_frame(
-                    conv.pose_from_transform(self._tf.latest(frame, self._costmap.config.global_frame).transform)
-                )
+                at = HERE if frame == own else conv.pose_from_transform(self._tf.latest(frame, own).transform)
+                layer.set_frame(at)
             except (ValueError, tf2_ros.TransformException) as error:
                 self._drop('no_map_transform', f'the map of layer {layer.name} stays where it was: {error}')
 
@@ -238,7 +238,7 @@ class CostmapInputs:
         points, rays = scan_rays(msg.ranges, angles, limits, source.inf_is_valid)
         first = last = self._transform(msg.header.frame_id, msg.header.stamp)
         if msg.time_increment > 0.0:
-            duration = rospy.Duration.from_sec(msg.time_increment * (len(msg.ranges) - 1))
+            duration = conv.duration_of_sweep(msg.time_increment * (len(msg.ranges) - 1))
             last = self._transform(msg.header.frame_id, msg.header.stamp + duration)
         points = swept(points, shares_of(rays, len(msg.ranges)), _numbers(first), _numbers(last))
         return self._seen(msg, source, first, points)

@@ -105,7 +105,7 @@ class Explorer:
     def resume(self) -> None:
         """Go on, or begin anew: what could not be reached before is tried again."""
         if self.state in (State.PAUSED, State.DONE):
-            self._limit_from = None if self.state is State.DONE else self._limit_from
+            self._limit_from = None
             self._chooser.forget()
             self._in_vain, self._nothing_since, self._wait_until = 0, None, None
             self.state = State.EXPLORING
@@ -152,6 +152,9 @@ class Explorer:
             return self._stand(missing)
         self._waits_for = ''
         self._note(now, pose)
+        if hold and self.visit is not None:  # for its end, or that the gate lets it drive again, it is waited
+            self._progress = now, pose
+            return None
         if self._began is None:
             self._began, self._home = now, pose
             self.say(f'Exploring begins at ({pose.x:.2f}, {pose.y:.2f}).')
@@ -182,13 +185,14 @@ class Explorer:
 
     def _stand(self, missing):
         """Nothing can be done now; a goal under way is given up. Why is told once."""
-        if missing and missing != self._waits_for and self.state is State.EXPLORING:
+        if missing and missing != self._waits_for and self.state in (State.EXPLORING, State.RETURNING):
             self.say(f'Exploring waits: {missing}')
         self._waits_for = missing
-        if self.visit is None or self.state is not State.EXPLORING:
-            return None
+        under_way = self.visit is not None or self._homeward and missing != ''
         self.visit = None
-        return Stop()
+        if under_way and self._homeward:  # set out for again, as if it had not been
+            self._homeward, self._home_tries = False, self._home_tries - 1
+        return Stop() if under_way else None
 
     def _note(self, now, pose):
         self.way += 0.0 if self._pose is None else pose.distance(self._pose)

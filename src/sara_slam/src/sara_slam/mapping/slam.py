@@ -40,6 +40,8 @@ UNKNOWN_SIGMA = 0.3, 0.2
 """m and rad of a motion that the odometry does not tell."""
 JUMP = 20.0
 """m between two scans used that the odometry cannot have driven."""
+FASTEST, SLACK, LONGEST_GAP = 3.0, 1.0, 2.0
+"""m/s, m, s: nothing drives farther between two scans than SLACK and FASTEST for that time, LONGEST_GAP at most."""
 FAR = 1000.0
 """m from its origin where the odometry may be at first: the map has that frame; from further off it begins at 0, 0."""
 NARROWEST, WIDEST = (0.25, 0.2), (1.0, 0.7)
@@ -85,6 +87,7 @@ class Slam:
         self.map_from_odom: Pose | None = (0.0, 0.0, 0.0)
         self.covariance = np.zeros((3, 3))
         self._postponed, self._known = 0, KnownScans(self.scans, self.graph.poses)
+        self._seen: tuple[float, Pose] | None = None  # (s, odometry) of the newest scan
         self._odometry: Pose | None = None  # when a scan was last used
         self._speed = 0.0
         self.errors = OdometryErrors((config.scale_sigma, config.delay_sigma))
@@ -133,6 +136,7 @@ class Slam:
             self.trouble('not_deskewed', f'{scan.frame}: {long}')
         self.counts['scans'] += 1
         odometry = (*scan.odometry.translation[:2], scan.odometry.yaw)
+        self._look_for_jump(scan.sweep.stamp, odometry)
         if self.counts['scans'] % self.config.throttle_scans or not self._is_due(scan.sweep.stamp, odometry):
             return Result(self.map_from_odom, False, False)
         key = key_scan(scan if self.config.deskew else scan._replace(ended=None), self.config.limits)
@@ -152,6 +156,16 @@ class Slam:
         """Optimise the graph with the loops that were postponed."""
         if self._postponed:
             self._optimise()
+
+    def _look_for_jump(self, stamp, odometry):
+        """The wheels' controller may have begun anew since the scan before."""
+        before, self._seen = self._seen, (stamp, odometry)
+        if before is None or self._odometry is None:
+            return
+        way, most = math.dist(odometry[:2], before[1][:2]), SLACK + FASTEST * min(abs(stamp - before[0]), LONGEST_GAP)
+        if way > most:
+            self.trouble('jump', f'the odometry jumps by {way:.3g} m: that is no motion')
+            self.forget_odometry()
 
     def _is_due(self, stamp, odometry):
         if self.map_from_odom is None:

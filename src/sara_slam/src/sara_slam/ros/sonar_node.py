@@ -95,7 +95,7 @@ class SonarNode:
             if mount is None:
                 return
             distance = math.inf if msg.range > msg.max_range else -math.inf if msg.range < msg.min_range else msg.range
-            self.last_range = stamp if self.last_range is None else max(self.last_range, stamp)
+            self.last_range = rospy.get_time()
             if math.isnan(distance):
                 self._fault('bad_range', topic, f'a reading on {topic} holds what is no range: dropped')
                 return

@@ -65,6 +65,9 @@ class SonarSlam:
         if math.isnan(distance) or not math.isfinite(stamp):
             self.counts['bad_range'] += 1
             return
+        if self._odometry and stamp > self._odometry[-1][0] + WAIT_S:  # a clock of its own: nobody else waits for it
+            self.counts['no_pose'] += 1
+            return
         self._waiting.append((stamp - self.config.range_delay, name, mount, distance))
         if len(self._waiting) > WAITING:
             self._waiting.popleft()

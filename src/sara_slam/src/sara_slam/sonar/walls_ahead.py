@@ -41,6 +41,8 @@ TOO_NEAR, TAKEN_FOR = 1.5, 0.75
 """Of the sensors' least range: up to this something that was known is what is too near to be measured; where something
 unknown is shown.
 """
+TURNS_BACK = 0.01
+"""m that the robot must have come back until it counts as driving the other way: less is rounding, or a tremble."""
 TOGETHER, RECENT, FACES = 0.4, 30, 8
 """m of way, and readings, in which a flat thing is looked for; how many of those are kept."""
 
@@ -59,12 +61,13 @@ class WallsAhead:
         self._faces: deque[tuple[float, np.ndarray]] = deque(maxlen=FACES)
         self._face_of: dict[str, np.ndarray] = {}  # the newest that a sensor found
         self._too_near: dict[str, tuple[float, np.ndarray]] = {}  # (s, points) of what a sensor cannot measure
-        self._toward, self._now = 1.0, -math.inf
+        self._toward, self._back, self._now = 1.0, 0.0, -math.inf  # the way it drives; m that it has come back
 
     def moved(self, forward: float) -> None:
         """The robot moved so many m forward."""
-        if forward != 0.0:
-            self._toward = math.copysign(1.0, forward)
+        self._back = max(0.0, self._back - forward * self._toward)
+        if self._back > TURNS_BACK:
+            self._toward, self._back = -self._toward, 0.0
 
     def on_range(self, stamp: float, name: str, mount: Pose, distance: float, wall: int) -> None:
         """A reading (s, m) of a sensor at a mount (x, y, yaw), and the wall that it is of; -1: of none."""
