@@ -237,6 +237,51 @@ def test_arrow_keys_drive_while_they_are_held_and_add_up(page):
     assert_at_rest(page)
 
 
+def drives_anew(page):
+    """Whoever held before has halted, and another one drives."""
+    page.chair.wait_for('halt')
+    page.chair.wait_for('drive', count=len(page.chair.frames('drive')) + 3)
+
+
+def stick_then_key(page):
+    x, y = take_stick(page)
+    page.key('ArrowUp', 'Down')
+    drives_anew(page)
+    page.key('ArrowUp', 'Up')
+    page.mouse('Released', x, y)
+
+
+def key_then_stick(page):
+    page.key('ArrowUp', 'Down')
+    page.chair.wait_for('drive', count=3)
+    take_stick(page)
+    page.let_go()
+    page.key('ArrowUp', 'Up')
+
+
+def arrow_then_stick_by_two_fingers(page):
+    arrow, (x, y) = page.middle('[data-way=up]'), page.middle('#stick')
+    page.touch('Start', arrow)
+    page.chair.wait_for('drive', count=3)
+    page.touch('Start', arrow, (x, y - UP))
+    drives_anew(page)
+    page.touch('End')
+
+
+@pytest.mark.parametrize('use', [stick_then_key, key_then_stick, arrow_then_stick_by_two_fingers])
+def test_with_two_things_held_one_after_the_other_nothing_drives_once_both_are_let_go(page, use):
+    page.load('drive')
+    use(page)
+    assert_at_rest(page)
+    count = len(page.chair.frames('drive'))
+    page.round_trip()
+    assert len(page.chair.frames('drive')) == count
+    page.key('ArrowUp', 'Down')  # and it can be driven again
+    page.chair.wait_for('drive', count=count + 3)
+    page.key('ArrowUp', 'Up')
+    assert_at_rest(page)
+
+
 def test_keys_that_repeat_after_the_focus_was_lost_drive_nothing(page):
     page.load('drive')
     page.key('ArrowUp', 'Down')

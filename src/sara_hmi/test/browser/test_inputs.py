@@ -70,6 +70,18 @@ def test_a_press_while_the_chair_moves_stops_it(page):
     page.chair.wait_for('stop')
 
 
+def test_of_a_stop_that_a_silent_network_swallows_it_is_said_that_it_may_not_have_come(page):
+    page.load('go')
+    page.chair.hold()
+    try:
+        page.driver.execute_script('sara.stopper.press()')
+        page.until('document.getElementById("notice").textContent === "Stop!"')
+        page.until('document.getElementById("notice").textContent.startsWith("The stop could not be sent")')
+    finally:
+        page.chair.let_through()
+    page.until('sara.chair.isStopped')
+
+
 @pytest.mark.parametrize('press', ['switch', 'screen'])
 def test_a_press_on_the_way_to_a_place_pauses_it(page, press):
     page.load('go', scan='auto', scan_period=0.5)

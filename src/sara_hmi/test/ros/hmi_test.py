@@ -299,6 +299,42 @@ class HmiTest(unittest.TestCase):
         self.run_it(test)
         self.ends_with_one_zero()
 
+    def test_a_stop_after_a_reset_stays(self):
+        async def test(page, other):
+            await page.send('stop')
+            await page.until('state', lambda f: f['stopped'])
+            self.robot.refusal = 'The emergency stop is still pressed.'  # the reset is tried again
+            count = len(self.robot.stops)
+            await page.send('reset')
+            self.wait(lambda: False in self.robot.stops[count:], 'the reset does not begin')
+            await other.send('stop')
+            error = await page.until('error')
+            self.assertEqual((error['key'], error['of']), ('error.reset_pressed', 'reset'))
+            self.assertIs(self.robot.stops[-1], True)
+            self.robot.refusal, since = '', len(page.got)
+            await page.send('reset')
+            await page.until('state', lambda f: not f['stopped'], since)
+
+        self.run_it(test)
+
+    def test_a_goal_that_waits_for_the_hand_to_leave_is_void_after_a_stop_or_a_cancel(self):
+        async def test(page, other):
+            await page.take()
+            for op in ('stop', 'cancel'):
+                self.robot.goal, since = None, len(page.got)
+                await page.drive(1.0)
+                await page.send('halt', seq=page.seq + 1)
+                page.seq += 1
+                await page.send('go', pose=[0.0, 0.0, 1.0])
+                await page.send(op)
+                await asyncio.sleep(1.0)  # longer than settle_s
+                self.assertIsNone(self.robot.goal)
+                if op == 'stop':
+                    await page.send('reset')
+                    await page.until('state', lambda f: not f['stopped'], since)
+
+        self.run_it(test)
+
     def test_a_goal(self):
         async def test(page, other):
             await page.send('place', name='table', pose=[1.0, 2.0, 0.0])

@@ -66,9 +66,9 @@ export function driveByKeys(pump) {
     if (!name || event.ctrlKey || event.altKey || event.metaKey || event.target.closest?.('#tabs, #question, input')) return;
     event.preventDefault();
     if (event.repeat || held.has(name)) return;
-    held.add(name);
+    if (held.size === 0) token = pump.press(...WAYS[name]); // whoever held before rests, at which `held` is cleared
+    if (token !== null) held.add(name);
     if (held.size > 1) pump.move(token, ...sum());
-    else token = pump.press(...sum());
   };
   const up = (event) => {
     if (!held.delete(KEYS[event.key])) return;

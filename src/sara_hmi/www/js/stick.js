@@ -39,12 +39,16 @@ export function makeStick(pump, label) {
   base.addEventListener('pointerdown', (event) => {
     if (pointer !== null || event.button !== 0) return;
     event.preventDefault();
-    pointer = event.pointerId;
     box = base.getBoundingClientRect();
+    const { v, w } = read(event);
+    token = pump.press(v, w); // whoever held before rests, at which this stick forgets its pointer: it is noted below
+    if (token === null) {
+      place(0, 0);
+      return;
+    }
+    pointer = event.pointerId;
     base.setPointerCapture(pointer);
     base.classList.add('held');
-    const { v, w } = read(event);
-    token = pump.press(v, w);
   });
   // pointerrawupdate comes at once, pointermove with the next picture; not every browser has the first.
   for (const name of ['pointerrawupdate', 'pointermove']) {

@@ -4,6 +4,7 @@ import { ask, fill, icon, el } from './dom.js';
 import { say } from './words.js';
 
 const PAUSE_WAIT_MS = 1500; // a pause that has not come by then becomes a stop
+const STOP_WAIT_MS = 2000; // a stop of which the chair has said nothing by then may not have come: the network is silent
 
 export class Stop {
   constructor(app) {
@@ -40,6 +41,12 @@ export class Stop {
   press() {
     this.app.pump.rest('stopped');
     const sent = this.app.connection.stop();
+    this.tell(sent);
+    clearTimeout(this.unheard);
+    if (sent) this.unheard = setTimeout(() => this.app.chair.isStopped || this.tell(false), STOP_WAIT_MS);
+  }
+
+  tell(sent) {
     this.app.notice(sent ? 'ui.stop_sent' : 'ui.stop_not_sent');
     this.app.speech.say(sent ? 'ui.stop_sent' : 'ui.stop_not_sent');
   }

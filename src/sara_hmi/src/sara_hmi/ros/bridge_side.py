@@ -9,7 +9,6 @@ from collections.abc import Callable
 from functools import partial
 from typing import Any
 
-import genpy
 import roslib.message
 import rospy
 import rosservice
@@ -51,7 +50,7 @@ class BridgeSide:
         def work() -> None:
             try:
                 function(*arguments)
-            except (MessageError, rospy.ROSException, genpy.SerializationError, OSError) as error:
+            except Exception as error:  # whatever a message holds: the thread serves all connections
                 self._post(connection.fail, f'{what}: {error}')
 
         try:
@@ -148,7 +147,7 @@ class BridgeSide:
                 result: tuple[bool, Any] = (True, self._call(service, arguments))
             except (MessageError, rospy.ROSException, rospy.ServiceException, rosservice.ROSServiceException) as error:
                 result = (False, str(error))
-            except (genpy.SerializationError, OSError) as error:
+            except Exception as error:  # as above
                 result = (False, f'{service}: {error}')
             self._post(answer, *result)
 

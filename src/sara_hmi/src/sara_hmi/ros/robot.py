@@ -5,15 +5,12 @@ from __future__ import annotations
 import math
 import queue
 import threading
-import time
 from collections.abc import Callable
 from pathlib import Path
 
-import actionlib
 import rospy
 from actionlib_msgs.msg import GoalID
 from geometry_msgs.msg import PoseWithCovarianceStamped, Quaternion, Twist
-from move_base_msgs.msg import MoveBaseAction, MoveBaseGoal
 from nav_msgs.msg import OccupancyGrid
 from std_msgs.msg import Bool, String
 from std_srvs.srv import Trigger
@@ -24,18 +21,18 @@ from sara_control.assist.assist_config import AssistConfig
 from sara_hmi.config.config import RobotConfig, profile_faults
 from sara_hmi.hub.actions import Order
 from sara_hmi.ros.edits import EditsFile, is_offered, without
+from sara_hmi.ros.emergency_stop import PRESSED, EmergencyStop
+from sara_hmi.ros.goals import Goals
 from sara_hmi.ros.robot_inputs import RobotInputs
 from sara_hmi.view.map_image import give_back_memory, map_frame, png
 from sara_hmi.web.screen import dumps
 from sara_hmi.web.server import Server
-from sara_hmi.words import endings
 from sara_hmi.words.catalogue import Catalogue
 from sara_hmi.words.keys import gate
 from sara_hmi.words.speaker import Speaker
 from sara_nav.maps import places
 
 SERVICE_S = 1.0  # of wall time that a service is waited for
-RELEASE_TRIES, RELEASE_PAUSE_S = 5, 0.1
 POSE_VARIANCES = {0: 0.05, 7: 0.05, 35: 0.03}  # m2, m2, rad2: of a pose that is marked on the map
 PLACE_VARIANCES = {0: 1.0, 7: 1.0, 35: math.radians(60.0) ** 2}  # of being somewhere in a named place
 
@@ -48,16 +45,16 @@ class RosRobot(RobotInputs):
         self._orders: queue.Queue[Callable[[], None]] = queue.Queue(maxsize=64)
         self._speaker = Speaker()
         self._has_profiles = False
-        self._driven = -math.inf
         self._out = rospy.Publisher('cmd_vel', Twist, queue_size=1, tcp_nodelay=True)
-        self._stop = rospy.Publisher('emergency_stop', Bool, queue_size=1, latch=True, tcp_nodelay=True)
+        self._stop = EmergencyStop()
         self._cancel = rospy.Publisher('move_base/cancel', GoalID, queue_size=1, tcp_nodelay=True)
         self._set_pose = rospy.Publisher('set_pose', PoseWithCovarianceStamped, queue_size=1, tcp_nodelay=True)
         self._profile = rospy.Publisher('safety_gate/profile', String, queue_size=1, tcp_nodelay=True)
         self._override = rospy.Publisher('shared_control/override', Bool, queue_size=1, tcp_nodelay=True)
         self._help_profile = rospy.Publisher('shared_control/profile', String, queue_size=1, tcp_nodelay=True)
-        self._goals = actionlib.ActionClient('move_base', MoveBaseAction)
-        self._goal: actionlib.ClientGoalHandle | None = None
+        self._goals = Goals(
+            config.map_frame, config.settle_s, lambda number, key, why: server.post(server.on_end, number, key, why)
+        )
         self._edits = EditsFile(lambda held: server.post(server.screen.on_edits, held))
         self._places_file = config.places or rospy.get_param('/places_file', '')
         super().__init__(config, lambda message: self._later(self._on_map, message), self._on_said)
@@ -74,18 +71,23 @@ class RosRobot(RobotInputs):
         """Publish the command of a motion of the robot, m/s and rad/s, at once."""
         message = Twist()
         message.linear.x, message.angular.z = v, w * self.turn_slip
-        self._driven = time.monotonic()
+        self._goals.drove(bool(v or w))
         self._out.publish(message)
 
     def order(self, order: Order) -> None:
-        """Begin to carry out an order: the emergency stop at once, others in their turn."""
+        """Begin to carry out an order: what stops the robot at once, others in their turn."""
         if order.op == 'stop':
-            self._stop.publish(Bool(True))
+            self._stop.press()
+            self._goals.forget()
             if not self.has_gate:
                 self._cancel.publish(GoalID())
         elif order.op == 'cancel':
-            self._later(self._cancel_goal)
+            self._goals.cancel()
+        elif order.op == 'reset':
+            self._later(self._do_reset, order.client, self._stop.presses)
         else:
+            if order.op == 'go':
+                self._goals.want(order.values[0])
             self._later(getattr(self, f'_do_{order.op}'), order.client, *order.values)
 
     def _later(self, function, *arguments):
@@ -99,66 +101,32 @@ class RosRobot(RobotInputs):
             try:
                 work = self._orders.get(timeout=1.0)
             except queue.Empty:
-                self._look_for_parameters()
-                continue
+                work = self._look_for_parameters
             try:
                 work()
-            except (rospy.ROSException, rospy.ServiceException, OSError, ValueError) as error:
-                rospy.logwarn('%s', error)
+            except Exception as error:  # whatever it is: the orders behind it are carried out
+                rospy.logwarn('%s: %s', type(error).__name__, error)
             work = None  # else it keeps a map until there is something else to do
 
     def _refuse(self, client, key, of, **values):
         self._server.post(self._server.on_refusal, client, key, of, values)
 
-    # Goals
+    # Goals and the emergency stop
 
     def _do_go(self, client, number, pose):
-        if not self._goals.wait_for_server(rospy.Duration(SERVICE_S)):
+        if not self._goals.send(number, pose):
             self._refuse(client, 'error.no_navigation', 'go')
-            self._server.post(self._server.on_end, number, 'goal.rejected', 'error.no_navigation')
+
+    def _do_reset(self, client, presses):
+        why = self._stop.release(presses, self.has_gate)
+        if why == 'error.no_gate':
+            self._refuse(client, why, 'reset')
             return
-        while not rospy.is_shutdown() and (rest := self._driven + self._config.settle_s - time.monotonic()) > 0.0:
-            rospy.rostime.wallsleep(rest)  # else cmd_vel_mux takes the page to drive still, and cancels the goal
-        goal = MoveBaseGoal()
-        goal.target_pose.header.frame_id, goal.target_pose.header.stamp = self._config.map_frame, rospy.Time.now()
-        goal.target_pose.pose.position.x, goal.target_pose.pose.position.y = pose[:2]
-        goal.target_pose.pose.orientation = Quaternion(*quaternion_from_yaw(pose[2]))
 
-        def heard(handle: actionlib.ClientGoalHandle) -> None:
-            if handle.get_comm_state() != actionlib.CommState.DONE:
-                return
-            status, text = handle.get_goal_status(), handle.get_goal_status_text()
-            rospy.loginfo('the goal of the page has ended: %s', text)
-            unreached = endings.ending(status) in ('goal.aborted', 'goal.rejected')
-            why = endings.why(text) if unreached else ''
-            self._server.post(self._server.on_end, number, endings.ending(status), why)
+        def told() -> None:
+            self._server.on_reset(client, why if presses == self._stop.presses else PRESSED)
 
-        self._goal = self._goals.send_goal(goal, heard)
-
-    def _cancel_goal(self):
-        if self._goal is not None:
-            self._goal.cancel()
-
-    # The emergency stop
-
-    def _do_reset(self, client):
-        if not self.has_gate:
-            self._stop.publish(Bool(False))
-            self._server.post(self._server.on_reset, client, '')
-            return
-        try:
-            rospy.wait_for_service('emergency_stop/reset', SERVICE_S)
-        except rospy.ROSException:
-            self._refuse(client, 'error.no_gate', 'reset')
-            return
-        release = rospy.ServiceProxy('emergency_stop/reset', Trigger)
-        for _ in range(RELEASE_TRIES):
-            self._stop.publish(Bool(False))
-            rospy.rostime.wallsleep(RELEASE_PAUSE_S)  # the gate hears it
-            answer = release()
-            if answer.success or endings.reset(answer.message) != 'error.reset_pressed':
-                break
-        self._server.post(self._server.on_reset, client, '' if answer.success else endings.reset(answer.message))
+        self._server.post(told)
 
     # Pose and profile
 
