@@ -111,3 +111,9 @@ def test_faults_name_the_parameter():
     assert CONFIG.faults() == []
     assert any('repeat_timeout' in fault for fault in dataclasses.replace(CONFIG, repeat_timeout=0.0).faults())
     assert any('speed is 0.9' in fault for fault in dataclasses.replace(CONFIG, speed=0.9).faults())
+
+
+def test_an_escape_that_nothing_follows_is_a_key():
+    decoder = Decoder()
+    assert decoder.feed('i\x1b') == ['i'] and decoder.flush() == ['\x1b'] and decoder.flush() == []
+    assert decoder.feed('\x1b[A') == ['up'] and decoder.flush() == []

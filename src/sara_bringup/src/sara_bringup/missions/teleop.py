@@ -82,7 +82,7 @@ class Decoder:
         self._begun = ''
 
     def feed(self, text: str) -> list[str]:
-        """The keys in it. A sequence may be cut by the end of a read; an ESC alone is a key once another follows."""
+        """The keys in it. A sequence may be cut by the end of a read."""
         keys = []
         for character in text:
             self._begun += character
@@ -97,6 +97,11 @@ class Decoder:
             ):  # the last of a sequence: digits and ; may come before it
                 keys.append(ARROWS.get(character, '\x1b') if len(self._begun) == 3 else '\x1b')
                 self._begun = ''
+        return keys
+
+    def flush(self) -> list[str]:
+        """Nothing has followed for a while: an ESC that was begun is a key, whatever was to come."""
+        keys, self._begun = ['\x1b'] if self._begun else [], ''
         return keys
 
 

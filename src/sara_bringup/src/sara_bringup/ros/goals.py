@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import argparse
 import math
+import signal
 import threading
 import time
 from collections.abc import Callable, Sequence
@@ -85,6 +86,8 @@ def begin(name: str) -> None:
     if not rosgraph.is_master_online():
         raise Unavailable('no ROS master answers: start `roslaunch sara_bringup sara.launch` first')
     rospy.init_node(name, anonymous=True, disable_signals=True)
+    for number in (signal.SIGTERM, signal.SIGHUP):  # as Ctrl-C: the goal is cancelled
+        signal.signal(number, signal.default_int_handler)
 
 
 def places_file(arguments: argparse.Namespace) -> Path | str:
@@ -159,7 +162,7 @@ class Driver:
     def __init__(self, wait: float) -> None:
         self.robot = Robot()
         self._client = actionlib.SimpleActionClient('move_base', MoveBaseAction)
-        self._heard, self._why = time.monotonic(), ''
+        self._heard, self._why, self.taken = time.monotonic(), '', False
         rospy.Subscriber('move_base/status', GoalStatusArray, lambda _: setattr(self, '_heard', time.monotonic()))
         rospy.Subscriber('safety_gate/status', String, lambda message: setattr(self, '_why', message.data))
         end, said = time.monotonic() + wait, time.monotonic() + 1.0
@@ -203,6 +206,7 @@ class Driver:
             while not over.wait(0.1):
                 now = rospy.get_time()
                 if time.monotonic() - self._heard > SILENT_S:
+                    self._client.cancel_goal()
                     return self._end(place, False, f'move_base has not been heard for {SILENT_S:.0f} s', now - began)
                 if timeout and now - began > timeout and not late:
                     late = f'not there after {timeout:.0f} s'
@@ -219,6 +223,7 @@ class Driver:
                 else 'cancelled, but move_base has not said that it stops'
             )
             raise
+        self.taken = not late and self._client.get_state() in (GoalStatus.PREEMPTED, GoalStatus.RECALLED)
         return self._end(
             place,
             self._client.get_state() == GoalStatus.SUCCEEDED,

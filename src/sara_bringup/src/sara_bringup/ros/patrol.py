@@ -89,6 +89,9 @@ def patrol(arguments: argparse.Namespace) -> int:
                 pause(arguments.pause)
             goals.say(str(tour.visit))
             tour.ended(*driver.go(tour.visit.place, arguments.timeout, arguments.quiet))
+            if driver.taken:
+                goals.say('somebody took over: the patrol ends')
+                break
     finally:
         goals.say(tour.summary())
     return goals.REACHED if tour.all_reached else goals.MISSED

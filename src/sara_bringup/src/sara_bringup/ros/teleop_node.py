@@ -50,7 +50,7 @@ class Terminal:
     def keys(self, seconds: float) -> list[str]:
         """What was pressed within so long. Raises EOFError when the terminal is closed."""
         if not select.select([self.descriptor], [], [], seconds)[0]:
-            return []
+            return self._decoder.flush()
         try:
             held = os.read(self.descriptor, 4096)
         except OSError as error:
