@@ -109,10 +109,10 @@ def _until_command(client, ears):
     return ears.first['command'] - sent
 
 
-def start_and_drive(driving: bool) -> dict[str, Any]:
-    """A launch and its first goal: {"start": [(what, s since roslaunch), ...], "start_cpu": s of all processes until
-    the chair moves}; where it goes on
-    `driving`, the beginnings of more goals besides: {"commands": [s, ...], "cpu", "memory": {name: ...}}.
+def start_and_drive(driving: bool, composed: bool = False) -> dict[str, Any]:
+    """A launch, `composed` or not, and its first goal: {"start": [(what, s since roslaunch), ...], "start_cpu": s of
+    all processes until the chair moves}; where it goes on `driving`, the beginnings of more goals besides:
+    {"commands": [s, ...], "cpu", "memory": {name: ...}}.
     """
     env = environment()
     os.environ['ROS_MASTER_URI'] = env['ROS_MASTER_URI']
@@ -120,6 +120,7 @@ def start_and_drive(driving: bool) -> dict[str, Any]:
     with tempfile.TemporaryDirectory(prefix='sara_') as folder, open(LOG, 'w', encoding='utf-8') as log:
         save(f'{folder}/calibration.yaml', SIMULATED)
         arguments = {'calibration': 'saved', 'calibration_file': f'{folder}/calibration.yaml', 'port': f'{folder}/can'}
+        arguments |= {'composed': 'true'} if composed else {}
         began, marks = time.monotonic(), []
 
         def mark(what, at=None):
@@ -198,29 +199,31 @@ def stack() -> Iterator[Timed | list[Timed]]:
     yield timed(
         'goal to first command', 's', result['commands'], scaled=False, text=f'the first after each launch {firsts} s'
     )
-    yield _costs_of_nodes(result)
+    yield _costs_of_nodes(result, 'the whole stack with the simulator', 45.0, 1200.0)
+    composed = in_a_process(start_and_drive, True, True)
+    yield _costs_of_nodes(composed, 'the whole stack, composed', 35.0, 450.0)[:2]
 
 
-def _costs_of_nodes(result):
+def _costs_of_nodes(result, name, most, most_memory):
     total, memory = sum(result['cpu'].values()), sum(result['memory'].values())
     return [
         Timed(
-            'the whole stack with the simulator, driving',
+            f'{name}, driving',
             '% of a core',
             total,
             None,
             1,
-            limit=Limit('median', 60.0),
+            limit=Limit('median', most),
             memory=memory,
         ),
         Timed(
-            'its memory',
+            f'memory of {name}',
             'MB',
             memory,
             None,
             1,
             scaled=False,
-            limit=Limit('median', 1200.0),
+            limit=Limit('median', most_memory),
             text='sum of what each process held at the most; what they share is counted for each',
         ),
         *(
