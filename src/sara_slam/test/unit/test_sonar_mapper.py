@@ -194,3 +194,16 @@ def test_a_sensor_whose_clock_is_ahead_costs_the_others_nothing(ahead):
                 mapper.on_range(0.05 * number + ahead, name, (0.2, -0.3, -math.pi / 2), 0.5)
         kept.append(len(mapper.slam.kept))
     assert kept[0] == kept[1] > 1000
+
+
+def test_of_a_robot_that_stands_no_more_is_kept_than_says_something_new():
+    """It would be a gigabyte in some hours."""
+    kept = []
+    for minutes in (2, 4):
+        mapper = SonarMapper(SonarConfig())
+        for number in range(1, 600 * minutes):
+            way = min(0.02 * number, 1.0)
+            mapper.on_pose(0.1 * number, (way, 0.0, 0.0))
+            mapper.on_range(0.1 * number - 0.05, 'left', (0.2, 0.3, math.pi / 2), 0.5)
+        kept.append(len(mapper.slam.kept))
+    assert kept[0] == kept[1] < 500

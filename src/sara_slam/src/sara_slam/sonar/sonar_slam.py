@@ -22,6 +22,8 @@ RECENT_M, RECENT_N = 4.0, 400
 """Way, and readings, in which new walls are searched for."""
 SEARCH_M, SEARCH_RAD = 0.15, 0.3
 """Between two searches."""
+MOST_AT_NODE = 300
+"""Readings of one sensor that are kept between two nodes: a robot that stands hears nothing new."""
 WAIT_S, WAITING = 10.0, 1000
 """s of odometry, and readings, that are held until the other comes."""
 
@@ -43,6 +45,7 @@ class SonarSlam:
         self._numbers = {}  # of the sensors
         self._recent = deque()  # (number in kept, odometry of the sensor, range)
         self._searched = None
+        self._at_node: Counter[int] = Counter()  # readings of a sensor since the newest node
         self._used, self._passed = {}, {}
         self._settled: Pose = (0.0, 0.0, 0.0)
         self._ahead = WallsAhead(config, self.filter)
@@ -96,6 +99,9 @@ class SonarSlam:
         self._ahead.on_range(stamp, name, mount, distance, wall)
         in_node = compose(inverse(self.nodes[-1]), compose(here, mount))
         number = self._numbers.setdefault(name, len(self._numbers))
+        self._at_node[number] += 1
+        if self._at_node[number] > MOST_AT_NODE:
+            return
         self.kept.append(Kept(len(self.nodes) - 1, in_node, distance, wall, number))
         if wall < 0 and self.config.range_min_range <= distance <= self.config.range_max_range:
             self._recent.append((len(self.kept) - 1, compose(here, mount), distance))
@@ -104,6 +110,7 @@ class SonarSlam:
     def _node(self, stamp, here):
         if self.nodes and not _apart(self.nodes[-1], here, NODE_M, NODE_RAD):
             return
+        self._at_node.clear()
         self.nodes.append(here)
         self.first_guess.append(self.filter.pose)
         self.stamps.append(stamp)
