@@ -22,7 +22,7 @@ from visualization_msgs.msg import MarkerArray
 
 from canserial.dbc.bus import BusError
 from sara_common.config import ConfigError
-from sara_common.ros.node import start_node
+from sara_common.ros.node import start_node, until_shutdown
 from sara_sim.bus.lawicel import LawicelAdapter
 from sara_sim.bus.pacing import KEPT, Pacer, Patience, Speedometer
 from sara_sim.bus.terminal import PortError, Terminal
@@ -82,7 +82,7 @@ class SimulatorNode:
             if patience.waiting(self._chair.time, self._unread(), time.monotonic()):
                 self._listen(WAIT_S)
                 continue
-            with self._lock:
+            with self._lock, until_shutdown():
                 self._plug()
                 self._step()
             now = time.monotonic()
