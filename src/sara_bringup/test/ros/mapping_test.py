@@ -7,7 +7,6 @@ import signal
 import sys
 import time
 import unittest
-from xmlrpc.client import ServerProxy
 
 import actionlib
 import numpy as np
@@ -24,6 +23,7 @@ from std_srvs.srv import Trigger
 
 from sara_bringup.paths import share
 from sara_bringup.ros.goals import goal_at
+from sara_bringup.ros.processes import process_of
 from sara_nav.maps.map_io import OCCUPIED, load_map
 
 OUT = pathlib.Path(sys.argv[sys.argv.index('--out') + 1])
@@ -33,8 +33,7 @@ SLAM, WALL_S = '/slam_gmapping', 120.0
 def pid_of(name):
     """The process of a node, None while it has none."""
     try:
-        uri = rosgraph.Master('/mapping_test').lookupNode(name)
-        return ServerProxy(uri).getPid('/mapping_test')[2]
+        return process_of(name)
     except (OSError, rosgraph.MasterException):
         return None
 

@@ -3,7 +3,8 @@
 goal.
 """
 
-import unittest
+import sys
+from pathlib import Path
 
 import actionlib
 import rospy
@@ -17,36 +18,18 @@ from sensor_msgs.msg import Imu
 from sara_bringup.ros.goals import goal_at
 from sara_sim.srv import Fault
 
-MOVING = 0.4  # m/s: fast enough to be worth stopping
-AT_REST = 0.05  # m/s
-BUS_S, BRAKE = 0.25, 1.5  # s until the loss is noticed below, m/s2
+sys.path.append(str(Path(__file__).resolve().parent / 'support'))
+from driving_chair import AT_REST, BRAKE, MOVING, SILENT_S, DrivingChair  # noqa: E402
+
 OUT_S = 4.0
 
 
-class UnplugTest(unittest.TestCase):
+class UnplugTest(DrivingChair):
     @classmethod
     def setUpClass(cls):
-        cls.log, cls.truth = [], None
+        cls.log = []
         rospy.Subscriber('/rosout', Log, cls.log.append)
-        rospy.Subscriber(
-            '/ground_truth', Odometry, lambda message: setattr(cls, 'truth', message), queue_size=1, tcp_nodelay=True
-        )
-        rospy.wait_for_message('/imu/data', Imu)
-        rospy.wait_for_message('/odometry/filtered', Odometry)
-
-    def speed(self):
-        """True speed, m/s."""
-        return abs(self.truth.twist.twist.linear.x)
-
-    def now(self):
-        """Time of the newest truth, s: the service call below must not blur when the chair stopped."""
-        return self.truth.header.stamp.to_sec()
-
-    def wait(self, condition, seconds, what):
-        end = rospy.get_time() + seconds
-        while not condition():
-            self.assertLess(rospy.get_time(), end, f'not within {seconds} s: {what}')
-            rospy.sleep(0.01)
+        super().setUpClass()
 
     def lines(self, *words):
         """What canserial has logged with these words in it."""
@@ -64,7 +47,7 @@ class UnplugTest(unittest.TestCase):
         pulled_at = self.now()
         self.wait(lambda: self.speed() < AT_REST, 3.0, 'the chair stands')
         # The answer of the service and the truth at 50 Hz blur the moment by a tenth of a second.
-        self.assertLess(self.now() - pulled_at, BUS_S + before / BRAKE + 0.25 + 0.1)
+        self.assertLess(self.now() - pulled_at, SILENT_S + before / BRAKE + 0.25 + 0.1)
         self.assertTrue(client.wait_for_result(rospy.Duration(3.0)))
         self.assertEqual(client.get_state(), GoalStatus.ABORTED)
         self.assertIn('because', client.get_goal_status_text())

@@ -50,14 +50,16 @@ class Remappings(dict):
     """rospy's table of the process's remappings {global name: global name}, which knows those of members."""
 
     def __contains__(self, name: object) -> bool:
-        member = current()
-        return (member is not None and name in member.remappings) or super().__contains__(name)
+        return name in _own_remappings() or super().__contains__(name)
 
     def __getitem__(self, name: str) -> str:
-        member = current()
-        return (
-            member.remappings[name] if member is not None and name in member.remappings else super().__getitem__(name)
-        )
+        own = _own_remappings()
+        return own[name] if name in own else super().__getitem__(name)
+
+
+def _own_remappings() -> dict[str, str]:
+    member = current()
+    return {} if member is None else member.remappings
 
 
 def make_room() -> None:

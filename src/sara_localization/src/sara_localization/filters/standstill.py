@@ -143,8 +143,7 @@ class Standstill:
         """gyros: the names of the IMUs, and whether the drift of their yaw is to be followed in motion."""
         self.config = config
         self.gyros: dict[str, Gyro] = {name: Gyro(config, follow) for name, follow in gyros.items()}
-        self._wheels_seen = self._wheels_moved = -math.inf
-        self.parked = False
+        self.forget()
 
     def forget(self) -> None:
         """The clock has begun anew: what was heard is past; what is known of biases stays."""

@@ -23,7 +23,7 @@ from nav_msgs.msg import Odometry
 from canserial.dbc.bus import BusDescription
 from canserial.msg import Encoder
 from sara_bringup.ros.masters import environment, launched
-from sara_lab.ros.benches.node_cost import process_of
+from sara_bringup.ros.processes import process_of
 from sara_lab.workers.cost import cpu_seconds, peak_memory_mb
 from sara_sim.bus.lawicel import LawicelAdapter
 from sara_sim.bus.terminal import Terminal

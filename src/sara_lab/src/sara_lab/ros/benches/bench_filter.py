@@ -25,7 +25,7 @@ from sensor_msgs.msg import Imu
 from tf2_msgs.msg import TFMessage
 
 from sara_bringup.ros.own_master import own_master, running
-from sara_lab.ros.benches.node_cost import process_of
+from sara_bringup.ros.processes import process_of
 from sara_lab.workers.cost import cpu_seconds, peak_memory_mb
 from sara_localization.ros.wire import unread
 

@@ -16,10 +16,10 @@ from typing import Any
 import aiohttp
 import numpy as np
 
+from sara_bringup.ros.processes import process_of
 from sara_lab.benches.timed import Limit, Timed, timed
 from sara_lab.fuzz.touch.page import Page, until
 from sara_lab.fuzz.touch.proxy import Proxy
-from sara_lab.ros.benches.node_cost import process_of
 from sara_lab.ros.touch.stand_in import StandIn, serving
 from sara_lab.workers.cost import cpu_seconds, peak_memory_mb
 

@@ -29,9 +29,9 @@ from sensor_msgs.msg import Range
 from sara_bringup.lockstep.ranges import mountings
 from sara_bringup.ros.goals import goal_at
 from sara_bringup.ros.masters import environment, in_a_process, launched
+from sara_bringup.ros.processes import process_of
 from sara_common.platforms import chosen
 from sara_lab.journeys.journeys import PLANNERS
-from sara_lab.ros.benches.node_cost import process_of
 from sara_lab.workers.cost import cpu_seconds, peak_memory_mb
 
 START, GOAL = (2.0, 4.0, 0.4), (14.0, 4.6, 0.0)  # in the hall: x m, y m, yaw rad

@@ -15,9 +15,9 @@ from geometry_msgs.msg import Twist
 from nav_msgs.msg import OccupancyGrid, Odometry
 
 from sara_bringup.ros.masters import environment, launched
+from sara_bringup.ros.processes import process_of
 from sara_common.planar import yaw_of
 from sara_lab.journeys.travel_cases import map_file
-from sara_lab.ros.benches.node_cost import process_of
 from sara_lab.workers.cost import cpu_seconds, peak_memory_mb
 from sara_sim.robot.script import Along, Face, Script
 

@@ -14,7 +14,6 @@ import sys
 import tempfile
 import time
 from typing import NamedTuple
-from xmlrpc.client import ServerProxy
 
 import actionlib
 import rosgraph
@@ -25,6 +24,7 @@ from nav_msgs.msg import Odometry
 from canserial.calibration.calibration_file import save
 from sara_bringup.ros.goals import goal_at, wait_for_launch
 from sara_bringup.ros.masters import environment, in_a_process, launched
+from sara_bringup.ros.processes import process_of
 from sara_lab.ros.benches.bench_stack import SIMULATED, Ears
 
 NODE, GOAL = '/composed', (5.0, 1.0, 0.0)
@@ -81,8 +81,7 @@ def _kill(least):
         if time.monotonic() > end:
             raise TimeoutError(f'the chair does not drive at {least:.1f} m/s within {PATIENCE_S:.0f} s')
         time.sleep(0.005)
-    _, _, pid = ServerProxy(rosgraph.Master('/composed_kills').lookupNode(NODE)).getPid('/composed_kills')
-    os.kill(pid, signal.SIGKILL)
+    os.kill(process_of(NODE), signal.SIGKILL)
     first = truth[-1]
     count, began = len(truth), first.header.stamp.to_sec()
     while truth[-1].header.stamp.to_sec() < began + 4.0 and time.monotonic() < end:

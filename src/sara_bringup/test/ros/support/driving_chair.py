@@ -1,0 +1,39 @@
+"""What the tests share that stop a driving chair."""
+
+import unittest
+
+import rospy
+from nav_msgs.msg import Odometry
+from sensor_msgs.msg import Imu
+
+MOVING = 0.4  # m/s: fast enough to be worth stopping
+AT_REST = 0.05  # m/s
+SILENT_S, BRAKE = 0.25, 1.5  # s until the loss is noticed below, m/s2
+
+
+class DrivingChair(unittest.TestCase):
+    """A test of a running sara.launch, which knows where the chair truly is."""
+
+    @classmethod
+    def setUpClass(cls):
+        cls.truth = None
+        rospy.Subscriber(
+            '/ground_truth', Odometry, lambda message: setattr(cls, 'truth', message), queue_size=1, tcp_nodelay=True
+        )
+        rospy.wait_for_message('/imu/data', Imu)
+        rospy.wait_for_message('/odometry/filtered', Odometry)
+
+    def speed(self):
+        """True speed, m/s."""
+        return abs(self.truth.twist.twist.linear.x)
+
+    def now(self):
+        """Time of the newest truth, s: the call of a service must not blur when the chair stopped."""
+        return self.truth.header.stamp.to_sec()
+
+    def wait(self, condition, seconds, what):
+        """Until condition() holds; the test fails after so many seconds."""
+        end = rospy.get_time() + seconds
+        while not condition():
+            self.assertLess(rospy.get_time(), end, f'not within {seconds} s: {what}')
+            rospy.sleep(0.01)
