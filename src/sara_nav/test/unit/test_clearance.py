@@ -55,14 +55,14 @@ def outline_gap(world, bx, by):
 
 @settings(max_examples=120)
 @given(cells, walls, poses, st.sampled_from((SARA, LAME)), st.booleans())
-def test_as_many_points_touch_as_lie_on_obstacles(marks, lines, at, footprint, unknown_blocks):
+def test_points_on_obstacles_count_by_their_weights(marks, lines, at, footprint, unknown_blocks):
     world = world_of(marks, lines, footprint, unknown_blocks)
     expected = []
     for x, y, yaw in at:
         c, s = math.cos(yaw), math.sin(yaw)
-        u = (x + c * world.points[:, 0] - s * world.points[:, 1] + 2.0) / 0.05
-        v = (y + s * world.points[:, 0] + c * world.points[:, 1] + 2.0) / 0.05
-        expected.append(sum(blocked(world, math.floor(b), math.floor(a)) for a, b in zip(u, v)))
+        (px, py), weights = world.cover.points.T, world.cover.weights.tolist()
+        u, v = (x + c * px - s * py + 2.0) / 0.05, (y + s * px + c * py + 2.0) / 0.05
+        expected.append(sum(n * blocked(world, math.floor(b), math.floor(a)) for a, b, n in zip(u, v, weights)))
     assert world.touched(at).tolist() == expected
 
 

@@ -123,7 +123,7 @@ places = st.one_of(st.floats(-1.0, 9.0), st.sampled_from((math.nan, math.inf, -m
     st.booleans(),
     st.lists(st.tuples(places, places, st.floats(-4.0, 4.0)), min_size=1, max_size=4),
 )
-def test_as_many_points_are_touched_as_lie_on_obstacles(cells, unknown_blocks, poses):
+def test_each_point_on_an_obstacle_counts_by_how_deep_it_lies_inside(cells, unknown_blocks, poses):
     costmap = empty_map()
     for row, column, cost in cells:
         costmap.costs[row, column] = cost
@@ -131,10 +131,11 @@ def test_as_many_points_are_touched_as_lie_on_obstacles(cells, unknown_blocks, p
     for pose, found in zip(poses, world.touched(poses)):
         c, s = math.cos(pose[2]), math.sin(pose[2])
         plain = 0
-        for px, py in world.points:
+        for px, py in world.cover.points:
             u, v = (pose[0] + c * px - s * py) / 0.05, (pose[1] + s * px + c * py) / 0.05
             cost = costmap.costs[int(v), int(u)] if 0.0 <= u < 160 and 0.0 <= v < 160 else LETHAL
-            plain += bool(cost == LETHAL or (cost == UNKNOWN and unknown_blocks))
+            inside = min(0.54 - abs(px), 0.29 - abs(py))
+            plain += (cost == LETHAL or (cost == UNKNOWN and unknown_blocks)) * (1 + int(inside / 0.025 + 1e-6))
         assert found == plain
 
 

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from sara_nav.costmaps.costmap import LETHAL, Costmap
 from sara_nav.grids.clearance import place_of
 from sara_nav.grids.collision import LocalWorld
-from sara_nav.grids.footprint import parse_footprint
+from sara_nav.grids.footprint import pad_footprint, parse_footprint
 from sara_nav.grids.grid import GridGeometry
 from sara_nav.pursuit import speed_ahead
 from sara_nav.pursuit.path_tracker import Leg
@@ -81,7 +81,11 @@ def test_a_drive_keeps_every_limit_touches_nothing_and_says_why_it_is_slow(lengt
     rows = driven(leg, world)
     along = np.array([a for a, _ in rows] + [leg.along])
     touched = world.touched(leg.poses(along))
-    assert touched.max() <= at_start
+    if at_start:  # between two looks one point more may lie on a cell
+        assert touched.max() <= at_start + world.cover.weights.max()
+    else:  # a corner may graze a cell between two looks, by half of what lies between them
+        within = LocalWorld(world.costmap, pad_footprint(SARA, -0.5 * speed_ahead.FINE))
+        assert within.touched(leg.poses(np.arange(0.0, leg.along, 0.002))).sum() == 0
     highest = -CONFIG.min_vel_x if backward else CONFIG.max_vel_x
     for (_, before), (_, after) in zip(rows, rows[1:]):
         assert 0.0 <= after.speed <= highest + 1e-12

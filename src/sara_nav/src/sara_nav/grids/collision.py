@@ -11,7 +11,7 @@ import numpy as np
 from ahead_of_time import kernel
 from sara_common.planar import Pose2D
 from sara_nav.grids import outline, polygon
-from sara_nav.grids.footprint import cover
+from sara_nav.grids.footprint import cover, depths
 from sara_nav.grids.grid import LETHAL, UNKNOWN, Grid, GridGeometry
 
 Box = tuple[float, float, float, float, float]
@@ -35,6 +35,17 @@ class Ground(NamedTuple):
     """Unknown cells count as obstacles."""
 
 
+class Cover(NamedTuple):
+    """A footprint as kernels take it: points all over it."""
+
+    points: np.ndarray
+    """(k, 2), m, robot's frame."""
+    weights: np.ndarray
+    """int64 (k,): what each counts that lies on an obstacle: 1 at the outline, one more with each spacing of the points
+    that it lies deeper inside."""
+    box: Box
+
+
 class SlowPlaces(Protocol):
     """Where the robot drives slower."""
 
@@ -47,8 +58,8 @@ class LocalWorld:
 
     footprint: corners (k, 2), metres, robot's frame. ``unknown_blocks``: unknown cells are obstacles. offset: pose of
     the global frame's origin in the costmap's frame; poses are in the global frame unless a method says otherwise.
-    ``points`` (n, 2): all over the footprint, robot's frame; ``box``: see ``box_of``; ``radius``: of the footprint's
-    farthest corner. ``shift``: the offset as (x, y, yaw). ``slow``: SlowPlaces in the costmap's frame.
+    ``cover``: the footprint's Cover; ``radius``: of its farthest corner. ``shift``: the offset as (x, y, yaw).
+    ``slow``: SlowPlaces in the costmap's frame.
     """
 
     def __init__(
@@ -65,7 +76,7 @@ class LocalWorld:
         self.unknown_blocks = bool(unknown_blocks)
         self.offset, self.slow = offset, slow
         self.shift = (float(offset.x), float(offset.y), float(offset.yaw))
-        self.points, self.box, self.radius = _covering(self.footprint.tobytes(), 0.5 * costmap.geometry.resolution)
+        self.cover, self.radius = _covering(self.footprint.tobytes(), 0.5 * costmap.geometry.resolution)
 
     @property
     def ground(self) -> Ground:
@@ -78,20 +89,24 @@ class LocalWorld:
 
     def speed_share(self, poses: np.ndarray) -> np.ndarray:
         """Return the share, above 0 to 1, of the greatest speed that is allowed at each pose of poses (n, 3)."""
-        shares = [places.share(self.to_local(poses), self.points) for places in self.slow]
+        shares = [places.share(self.to_local(poses), self.cover.points) for places in self.slow]
         return np.min(shares, axis=0) if shares else np.ones(len(poses))
 
     def touched(self, poses: np.ndarray) -> np.ndarray:
-        """Return how many of the footprint's points lie on obstacles at each pose of poses (n, 3), int64 (n,)."""
-        return touched(self.ground, self.points, self.box, self.to_local(poses))
+        """Return how much of the footprint lies on obstacles, and how deep, at each pose of poses (n, 3), int64 (n,):
+        the sum of its Cover's weights there; 0: it touches nothing.
+        """
+        return touched(self.ground, self.cover, self.to_local(poses))
 
     def collides(self, pose: Pose2D) -> bool:
         """True when the footprint at a Pose2D overlaps an obstacle or leaves the map."""
         return bool(self.touched([[pose.x, pose.y, pose.yaw]])[0] > 0)
 
     def worsens(self, poses: np.ndarray) -> bool:
-        """True when any later pose touches more than the first: so a robot already in contact can only leave."""
-        return worsens(self.ground, self.points, self.box, self.to_local(poses))
+        """True when any later pose touches more, or deeper, than the first: so a robot already in contact can only
+        leave, by the side that it came in.
+        """
+        return worsens(self.ground, self.cover, self.to_local(poses))
 
     def footprint_cost(self, x: float, y: float, yaw: float) -> float:
         """Return what base_local_planner's CostmapModel says of a pose in the costmap's frame.
@@ -105,12 +120,13 @@ class LocalWorld:
 
 @functools.lru_cache(maxsize=16)
 def _covering(footprint, spacing):
-    """Return ``cover`` of a footprint's bytes, the ``box_of`` that and the outline's radius, remembered, as worlds are
-    made many times a second.
+    """Return the Cover of a footprint's bytes and the outline's radius, remembered, as worlds are made many times a
+    second.
     """
     corners = np.frombuffer(footprint).reshape(-1, 2)
     points = cover(corners, spacing)
-    return points, box_of(points), float(np.hypot(*corners.T).max())
+    weights = 1 + np.floor(depths(corners, points) / spacing + 1e-6).astype(np.int64)
+    return Cover(points, weights, box_of(points)), float(np.hypot(*corners.T).max())
 
 
 def box_of(points: np.ndarray) -> Box:
@@ -139,12 +155,12 @@ def moved(poses: np.ndarray, offset: tuple[float, float, float]) -> np.ndarray:
 
 
 @kernel
-def touched(ground: Ground, points: np.ndarray, box: Box, poses: np.ndarray) -> np.ndarray:
-    """Return for each pose how many of a footprint's points lie on an obstacle (int64 (n,)).
+def touched(ground: Ground, cover: Cover, poses: np.ndarray) -> np.ndarray:
+    """Return for each pose the sum of the weights of a Cover's points that lie on an obstacle (int64 (n,)).
 
-    ground: a Ground. points: (k, 2) metres in the robot's frame, within the box (``box_of``); poses: (n, 3) x, y, yaw
-    in the map's frame. Off the map counts as an obstacle.
+    ground: a Ground. poses: (n, 3) x, y, yaw in the map's frame. Off the map counts as an obstacle.
     """
+    points, weights, box = cover
     costs, unknown_blocks = ground.costs, ground.unknown_blocks
     origin_x, origin_y, resolution = ground.grid
     height, width = costs.shape
@@ -159,18 +175,18 @@ def touched(ground: Ground, points: np.ndarray, box: Box, poses: np.ndarray) -> 
             y = poses[i, 1] + s * points[j, 0] + c * points[j, 1]
             u, v = (x - origin_x) / resolution, (y - origin_y) / resolution
             if not (0.0 <= u < width and 0.0 <= v < height):  # true for NaN
-                result[i] += 1
+                result[i] += weights[j]
             else:
                 cost = costs[int(v), int(u)]
                 if cost == LETHAL or (cost == UNKNOWN and unknown_blocks):
-                    result[i] += 1
+                    result[i] += weights[j]
     return result
 
 
 @kernel
-def worsens(ground: Ground, points: np.ndarray, box: Box, poses: np.ndarray) -> bool:
+def worsens(ground: Ground, cover: Cover, poses: np.ndarray) -> bool:
     """Return whether any later pose touches more than the first; arguments as of ``touched``."""
-    counts = touched(ground, points, box, poses)
+    counts = touched(ground, cover, poses)
     return counts.max() > counts[0]
 
 
@@ -239,12 +255,18 @@ def _far_off(near, ground, pose, box):
     return True
 
 
+def example_cover() -> Cover:
+    """Return a Cover of the types that kernels take."""
+    return Cover(np.zeros((1, 2)), np.ones(1, np.int64), (0.0,) * 5)
+
+
 def warm() -> None:
     """Compile, or load from the cache, every kernel for the types it is called with."""
     costs = np.zeros((3, 3), np.uint8)
     moved(np.zeros((1, 3)), (0.0, 0.0, 0.0))
     ground = Ground(costs, Grid(0.0, 0.0, 1.0), True)
-    touched(ground, np.zeros((1, 2)), (0.0,) * 5, np.zeros((1, 3)))
-    worsens(ground, np.zeros((1, 2)), (0.0,) * 5, np.zeros((1, 3)))
+    cover = example_cover()
+    touched(ground, cover, np.zeros((1, 3)))
+    worsens(ground, cover, np.zeros((1, 3)))
     outline.warm()
     polygon.warm()

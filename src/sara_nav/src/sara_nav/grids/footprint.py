@@ -117,3 +117,14 @@ def cover(corners: np.ndarray, spacing: float) -> np.ndarray:
             inside ^= crosses & (inner[:, 0] < (x1 - x0) * (inner[:, 1] - y0) / (y1 - y0) + x0)
     points.append(inner[inside])
     return np.ascontiguousarray(np.vstack(points))
+
+
+def depths(corners: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """Return how far (m) each of points (n, 2) in the footprint or on its outline is from the outline."""
+    corners = np.asarray(corners, float)
+    depth = np.full(len(points), np.inf)
+    for start, end in zip(corners, np.roll(corners, -1, axis=0)):
+        edge = end - start
+        along = np.clip((points - start) @ edge / max(float(edge @ edge), 1e-300), 0.0, 1.0)
+        depth = np.minimum(depth, np.hypot(*(points - start - along[:, None] * edge).T))
+    return depth

@@ -16,7 +16,7 @@ from sara_nav.grids.grid import Grid
 from sara_nav.pursuit import path_tracker, smooth_speed
 from sara_nav.pursuit.smooth_speed import NO_CAPS, Motion, SpeedLimits
 
-STEP, FINE = 0.1, 0.04
+STEP, FINE = 0.1, 0.02
 """Distance (m) between two places ahead that are looked at for speeds, and for what the footprint would touch."""
 BEYOND = 0.3
 """Distance (m) that is looked at beyond what braking takes."""
@@ -68,11 +68,10 @@ class Driven(NamedTuple):
 
 
 class Body(NamedTuple):
-    """The robot on a costmap: see LocalWorld (corners, points, box, shift) and clearance.lead (front, span)."""
+    """The robot on a costmap: see LocalWorld (corners, cover, shift) and clearance.lead (front, span)."""
 
     corners: np.ndarray
-    points: np.ndarray
-    box: tuple
+    cover: collision.Cover
     shift: tuple
     front: float
     span: float
@@ -150,7 +149,7 @@ def free_distance(
     """
     distances = evenly(end + FINE, FINE)
     poses = path_tracker.poses_at(samples, place.along + distances, place.backward)
-    touched = collision.touched(ground, body.points, body.box, collision.moved(poses, body.shift))
+    touched = collision.touched(ground, body.cover, collision.moved(poses, body.shift))
     for i in range(len(distances)):
         if touched[i] > touched[0]:
             return distances[i] - BLOCKED_BEFORE - FINE
@@ -293,7 +292,7 @@ def warm() -> None:
         path_tracker.Place(0.0, 1.0, False),
         Driven(Motion(0.1, 0.0), 0.0, 1.0),
         (limits, Regulation(*[0.5] * 6)),
-        (ground, Body(corners, corners, (0.0,) * 5, (0.0, 0.0, 0.0), 1.0, 1.0)),
+        (ground, Body(corners, collision.example_cover(), (0.0, 0.0, 0.0), 1.0, 1.0)),
         NO_CAPS,
         0.05,
     )

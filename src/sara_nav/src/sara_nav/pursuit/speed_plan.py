@@ -68,7 +68,7 @@ class SpeedPlan:
     def pace(self, leg: Leg, driven: speed_ahead.Driven, world: LocalWorld, dt: float) -> Pace:
         """Return the Pace of the next command, dt (s) after the last, where the robot is on the leg."""
         front, span = lead(world.footprint, leg.backward)
-        body = speed_ahead.Body(world.footprint, world.points, world.box, world.shift, front, span)
+        body = speed_ahead.Body(world.footprint, world.cover, world.shift, front, span)
         rules, slow = self._rules[leg.backward], self._slow(leg, driven, world)
         after, acceleration, cap, why, size, x, y = speed_ahead.pace(
             leg.samples, leg.place, driven, rules, (world.ground, body), slow, float(dt)
