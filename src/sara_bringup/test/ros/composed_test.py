@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""read, diff_drive_controller, the filter and range_localization in one process: the same topics and services; killed
-while the chair drives, it leaves a chair that stops in the times of docs/safety.md.
+"""canserial, read, diff_drive_controller, the filter, range_localization and map_server in one process: the same topics
+and services; killed while the chair drives, it leaves a chair that stops in the times of docs/safety.md.
 """
 
 import os
@@ -24,6 +24,8 @@ from driving_chair import AT_REST, BRAKE, MOVING, SILENT_S, DrivingChair  # noqa
 
 NODE = '/composed'
 TOPICS = {
+    '/canrx',
+    '/map',
     '/imu/data',
     '/encoders',
     '/SDI_range',
@@ -34,16 +36,24 @@ TOPICS = {
     '/odometry/filtered',
     '/tf',
 }
-SERVICES = {'/read/calibrate', '/diff_drive_controller/set_parameters', '/ekf_se/reset', '/global_localization'}
+SERVICES = {
+    '/static_map',
+    '/read/calibrate',
+    '/diff_drive_controller/set_parameters',
+    '/ekf_se/reset',
+    '/global_localization',
+}
 
 
 class ComposedTest(DrivingChair):
-    def test_it_is_one_node_with_the_topics_of_four_and_the_chair_stops_when_it_is_killed(self):
+    def test_it_is_one_node_with_the_topics_of_six_and_the_chair_stops_when_it_is_killed(self):
         published, _, services = rosgraph.Master('/test').getSystemState()
         own = {topic for topic, nodes in published if NODE in nodes}
         self.assertLessEqual(TOPICS, own)
         self.assertLessEqual(SERVICES, {service for service, nodes in services if NODE in nodes})
-        self.assertFalse({'/read', '/ekf_se', '/range_localization'} & set(rosnode.get_node_names()))
+        self.assertFalse(
+            {'/canserial', '/read', '/ekf_se', '/range_localization', '/map_server'} & set(rosnode.get_node_names())
+        )
 
         client = actionlib.SimpleActionClient('move_base', MoveBaseAction)
         client.wait_for_server()

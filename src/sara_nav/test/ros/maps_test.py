@@ -140,6 +140,7 @@ class Maps(unittest.TestCase):
         for arguments, words in (
             ((), 'usage'),
             ((self.path('none.yaml'),), 'none.yaml does not exist'),
+            (('_yaml_filename:=' + self.path('other.yaml'),), 'other.yaml does not exist'),
             (('a.pgm', '-1'), 'resolution is -1.0, allowed are'),
         ):
             run = subprocess.run(

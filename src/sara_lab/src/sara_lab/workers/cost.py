@@ -18,6 +18,12 @@ def peak_memory_mb(pid: int) -> float:
     return int(line.split()[1]) / 1024.0
 
 
+def share_of_memory_mb(pid: int) -> float:
+    """What a process takes of the machine's memory now, MB: of a page that n processes share, an n-th (PSS)."""
+    rollup = Path(f'/proc/{pid}/smaps_rollup').read_text().splitlines()
+    return int(next(line for line in rollup if line.startswith('Pss:')).split()[1]) / 1024.0
+
+
 def descendants(pid: int) -> list[int]:
     """Process ids of a process and of all it started, itself first."""
     found = [pid]

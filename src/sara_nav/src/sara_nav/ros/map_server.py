@@ -19,7 +19,8 @@ from sara_nav.ros.map_edits import MapEdits
 
 USAGE = (
     'usage: map_server MAP.yaml\n'
-    '       map_server IMAGE RESOLUTION   (the old form: ~negate, ~occupied_thresh and ~free_thresh say the rest)'
+    '       map_server IMAGE RESOLUTION   (the old form: ~negate, ~occupied_thresh and ~free_thresh say the rest)\n'
+    '       map_server                    (~yaml_filename says which)'
 )
 
 
@@ -131,9 +132,12 @@ def wait_for_time() -> bool:
 def main() -> None:
     """Run the node until ROS shuts down; exit status 1 when there is no map to serve."""
     arguments = rospy.myargv(sys.argv)[1:]
-    if len(arguments) not in (1, 2):
+    if len(arguments) > 2:
         sys.exit(USAGE)
     start_node('map_server', anonymous=True)
+    arguments = arguments or [str(name) for name in [rospy.get_param('~yaml_filename', '')] if name]
+    if not arguments:
+        sys.exit(USAGE)
     server = MapServer()
     try:
         description = described(arguments)

@@ -25,7 +25,7 @@ from sara_bringup.ros.goals import goal_at, wait_for_launch
 from sara_bringup.ros.masters import environment, in_a_process, launched
 from sara_control.gate.reasons import HOLDS
 from sara_lab.benches.timed import Limit, Timed, timed
-from sara_lab.workers.cost import cpu_seconds, descendants, peak_memory_mb
+from sara_lab.workers.cost import cpu_seconds, descendants, peak_memory_mb, share_of_memory_mb
 
 GOAL, NEXT = (5.0, 1.0, math.pi / 2), (5.0, 5.0, math.pi)  # of the square: x m, y m, yaw rad
 STARTS = 3  # launches, of which the last goes on driving
@@ -112,7 +112,7 @@ def _until_command(client, ears):
 def start_and_drive(driving: bool, composed: bool = False) -> dict[str, Any]:
     """A launch, `composed` or not, and its first goal: {"start": [(what, s since roslaunch), ...], "start_cpu": s of
     all processes until the chair moves}; where it goes on `driving`, the beginnings of more goals besides:
-    {"commands": [s, ...], "cpu", "memory": {name: ...}}.
+    {"commands": [s, ...], "cpu", "memory": {name: ...}, "of_the_machine": MB of all, what they share counted once}.
     """
     env = environment()
     os.environ['ROS_MASTER_URI'] = env['ROS_MASTER_URI']
@@ -173,6 +173,7 @@ def _drive_on(client, ears, pids, commands):
         'commands': commands,
         'cpu': {names[pid]: share for pid, share in cpu.items()},
         'memory': memory,
+        'of_the_machine': sum(map(share_of_memory_mb, pids)),
     }
 
 
@@ -224,7 +225,8 @@ def _costs_of_nodes(result, name, most, most_memory):
             1,
             scaled=False,
             limit=Limit('median', most_memory),
-            text='sum of what each process held at the most; what they share is counted for each',
+            text='sum of what each process held at the most, what they share counted for each; '
+            f'{result["of_the_machine"]:.0f} MB of the machine, counted once',
         ),
         *(
             Timed(f'node {name}, driving', '% of a core', share, None, 1, memory=result['memory'][name])
