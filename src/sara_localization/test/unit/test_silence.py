@@ -94,6 +94,15 @@ def test_the_way_that_nobody_heard_is_found_again():
     assert abs(state[X] - truth) < 0.03 and abs(state[Y] - 1.0) < 1e-3
 
 
+@pytest.mark.parametrize('silent_s', (1.0, 4.0, 30.0))
+def test_who_drives_on_unheard_is_not_pushed_on_by_the_first_speed_heard_again(silent_s):
+    drive = Drive(hold_after=0.5)
+    drive.run(4.0, SPEED)
+    drive.run(silent_s, SPEED, wheels=False, imu=False)
+    state = drive.run(2.0, SPEED)
+    assert abs(state[X] - 2.0 - drive.x) < 0.05 and abs(state[Y] - 1.0) < 1e-3
+
+
 def test_off_by_default_the_estimate_runs_off_as_the_peer_s():
     state, truth = lost_for_a_while()
     assert abs(state[X] - truth) > 0.3

@@ -3,9 +3,8 @@
 A filter predicts with the last speed it knows. Where nothing comes for seconds (a bus that is unplugged) the estimate
 runs off with it, although robots stop when they lose their sensors. With `hold_after` the speed is taken for zero when
 nobody has measured a speed or a position for so long, and the turn rate likewise. Meanwhile the pose follows the
-odometry through the map -> odom that held when
-all was well: what the wheels have counted unheard is there as soon as they are heard again. An extension;
-robot_localization has nothing of the kind.
+odometry through the map -> odom that held when all was well: what the wheels have counted unheard is there as soon as
+they are heard again. An extension; robot_localization has nothing of the kind.
 """
 
 from __future__ import annotations
@@ -68,7 +67,10 @@ class Silence:
         kf.set_state(x, kf.P.copy())
 
     def hold(self, kf: Estimator, now: float) -> None:
-        """After a tick's measurements: zero what nobody has measured for hold_after."""
+        """After a tick's measurements: zero what nobody has measured for hold_after. Its covariances with the pose are
+        zero with it: else the first speed heard again would push the pose on by the way of the whole silence, which it
+        has followed the odometry along already.
+        """
         self.moving, self.turning = now - self._motion_at > self.hold_after, now - self._turn_at > self.hold_after
         if not self.holding:
             return
@@ -77,8 +79,6 @@ class Silence:
             if self.moving
             else []
         ) + ([*range(RATES.start, RATES.stop)] if self.turning else [])
-        if not kf.x[held].any():
-            return
         x, P = kf.x.copy(), kf.P.copy()
         variances = P[held, held]
         x[held] = 0.0
