@@ -74,11 +74,29 @@ def test_who_starts_while_another_drives_is_told_so():
     assert one.on_command(1.2, 'touch', 0.1, 0.0) is None and one.take_preempted() == ()
 
 
-def test_a_zero_of_the_lower_is_not_preempted():
+def test_who_waits_while_another_moves_the_robot_is_preempted_once():
     one = mux()
     one.on_command(1.0, 'navigation', 0.0, 0.0)
     one.on_command(1.1, 'joystick', 0.2, 0.0)
+    assert one.take_preempted() == ('navigation',)
+    one.on_command(1.2, 'navigation', 0.0, 0.0)
+    one.on_command(1.3, 'joystick', 0.2, 0.0)
     assert one.take_preempted() == ()
+    one.on_command(1.4, 'joystick', 0.0, 0.0)
+    one.on_command(1.5, 'navigation', 0.0, 0.0)
+    one.on_command(1.6, 'joystick', 0.0, 0.1)
+    assert one.take_preempted() == ('navigation',), 'moved away again'
+
+
+def test_who_waits_while_nobody_moves_the_robot_is_not_preempted():
+    one = mux()
+    one.on_command(1.0, 'navigation', 0.0, 0.0)
+    one.on_command(1.1, 'joystick', 0.0, 0.0)
+    assert one.take_preempted() == ()
+    one.on_lock(1.15, 'pause', True)
+    assert one.take_preempted() == ()
+    one.on_robot(1.2, True)
+    assert one.take_preempted() == ('joystick', 'navigation') and not one.is_blocked('navigation')
 
 
 def test_turning_is_wanting_too():

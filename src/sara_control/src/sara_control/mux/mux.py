@@ -6,7 +6,8 @@ nothing for longer, blocks all sources of a lower priority. So far twist_mux.
 
 Beyond it, a driving source that times out is followed by one command of zero. A source that is preempted by another, by
 a lock or by the robot's own joystick is ignored until it sends zero or pauses for its timeout: what the user has
-interrupted does not resume by itself.
+interrupted does not resume by itself. One that waits, with commands of zero, while another moves the robot away counts
+as preempted, too: its goal is not to go on from there.
 """
 
 import math
@@ -96,12 +97,20 @@ def _read(entries, kind, faults):
 
 @dataclass
 class _Input:
-    """The latest command of a source. blocked: it was preempted, and is ignored for now."""
+    """The latest command of a source. blocked: it was preempted, and is ignored for now. told: that it is preempted was
+    told while it waited.
+    """
 
     v: float = 0.0
     w: float = 0.0
     stamp: float = -math.inf
     blocked: bool = False
+    told: bool = False
+
+    @property
+    def moves(self) -> bool:
+        """Whether it commands a motion."""
+        return self.v != 0.0 or self.w != 0.0
 
 
 class SelectedCommand(NamedTuple):
@@ -133,6 +142,10 @@ class Mux:
         """Names of the sources that were preempted since the last call: their goals are to be cancelled."""
         names, self._preempted = self._preempted, ()
         return names
+
+    def is_blocked(self, name: str) -> bool:
+        """Whether what the source commands is ignored for now."""
+        return self._inputs[name].blocked
 
     def on_command(self, t: float, name: str, v: float, w: float) -> SelectedCommand | None:
         """Source `name` commands (v, w) at t (s). Returns the SelectedCommand to pass on now, or None."""
@@ -209,13 +222,23 @@ class Mux:
         return SelectedCommand(latest.v, latest.w, self.driver)
 
     def _block(self, active, least):
-        """Blocks the sources that command a motion and are preempted by a driver or a lock of a higher priority."""
+        """Blocks the sources that command a motion and are preempted by a driver or a lock of a higher priority; tells
+        of those that wait while a driver of a higher priority moves the robot.
+        """
+        moved = -1  # the priority below which somebody else moves the robot
         if self.driver in self._sources:
-            least = max(least, self._sources[self.driver].priority)
+            priority = self._sources[self.driver].priority
+            least = max(least, priority)
+            moved = priority if self._inputs[self.driver].moves else -1
+        for latest in self._inputs.values():
+            latest.told = latest.told and (self._taken or moved >= 0)
         for source, latest in active:
-            if (self._taken or source.priority < least) and (latest.v != 0.0 or latest.w != 0.0) and not latest.blocked:
+            if latest.moves and not latest.blocked and (self._taken or source.priority < least):
                 latest.blocked = True
-                self._preempted += (source.name,)
+            elif latest.moves or latest.told or not (self._taken or source.priority < moved):
+                continue
+            latest.told = True
+            self._preempted += (source.name,)
 
 
 def _timed_out(t, source, latest):

@@ -94,7 +94,8 @@ class MuxNode:
                 self.active.publish(driver)
                 self.driver = driver
             for name in preempted:
-                rospy.loginfo('%s was interrupted: it must command anew', name)
+                if self.mux.is_blocked(name):
+                    rospy.loginfo('%s was interrupted: it must command anew', name)
                 if name in self.cancel:
                     self.cancel[name].publish(GoalID())
             if selected is not None:
