@@ -38,6 +38,14 @@ def test_yaw_is_the_sum_of_k_rate_dt_under_any_jitter(turns, gain):
     assert integrator.gaps == 0
 
 
+@pytest.mark.parametrize('back', [0.21, 0.5, 0.95])
+def test_a_clock_set_back_by_less_than_max_gap_loses_nothing_of_a_turn(back):
+    integrator = YawIntegrator(PERIOD, MAX_GAP)
+    for k in range(50):
+        assert integrator.add(10.0 + PERIOD * k - (back if k >= 25 else 0.0), 0.5)
+    assert differs(integrator.yaw, 0.5 * PERIOD * 49) < 1e-9
+
+
 @given(st.lists(st.booleans(), min_size=2, max_size=40), RATES)
 def test_a_steady_turn_survives_any_loss_shorter_than_max_gap(lost, rate):
     integrator = YawIntegrator(PERIOD, MAX_GAP)

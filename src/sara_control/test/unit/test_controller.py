@@ -148,6 +148,18 @@ def test_repeated_positions_are_counted():
     assert controller.counters['wheels_not_newer'] == 1
 
 
+@pytest.mark.parametrize('back', (0.05, 0.1, 0.15, 0.25, 0.29, 0.5))
+def test_a_clock_set_back_makes_no_speed(back):
+    """Readings every 0.1 s by the wheels' own clock, at one speed."""
+    controller, speeds = DiffDriveController(config()), []
+    for k in range(60):
+        wheels = 0.1 * k
+        state = controller.on_wheels(wheels, wheels, 100.0 + 0.1 * k - (back if k >= 30 else 0.0), 0.1)
+        speeds += [state.linear] if state is not None and k else []
+    assert max(speeds) == pytest.approx(min(speeds)) and len(speeds) >= 58
+    assert not controller.counters['wheels_not_newer']
+
+
 def test_multipliers_scale_the_geometry():
     config = ControllerConfig.from_params(
         {**PARAMS, 'wheel_separation_multiplier': 2.0, 'wheel_radius_multiplier': 0.5}

@@ -439,6 +439,21 @@ def test_emergency_stop_is_released_only_at_rest_and_at_zero():
     assert bench.gate.reset(None, bench.inputs())[0] and not bench.gate.latched
 
 
+def test_a_command_of_long_ago_keeps_no_emergency_stop():
+    """Its source has died while it drove: nobody commands any more."""
+    bench = Bench().driving()
+    bench.gate.emergency_stop(True)
+    bench.silence()
+    steps_to_rest(bench)
+    bench.gate.emergency_stop(False)
+    end = bench.last.stamp + CONFIG.fresh_silence
+    while bench.t < end - DT:
+        assert not bench.gate.reset(bench.last, bench.inputs())[0]
+        bench.step()
+    bench.step(2)
+    assert bench.gate.reset(bench.last, bench.inputs())[0]
+
+
 def test_emergency_stop_of_a_joystick_that_drives_is_kept():
     bench = Bench().driving()
     bench.changed = {'pc_drives': False}

@@ -61,14 +61,18 @@ class YawIntegrator:
     def add(self, stamp: float, rate: float) -> bool:
         """Take the mean rate (rad/s, without the gain) of the turn that ends at stamp (s).
 
-        Returns False if the frame is not newer than the last one, which leaves yaw alone, or than the last set().
-        A clock that went back by more than max_gap is a new beginning: nothing is integrated over the jump.
+        Returns False if the frame repeats the last one, which leaves yaw alone, or is not newer than the last set().
+        A clock that went back is a new beginning, in which the frame speaks for its period; nothing is integrated over
+        a jump of more than max_gap.
         """
-        if self._stamp is None or stamp < self._stamp - self.max_gap:
+        if self._stamp is None or stamp < self._stamp:
+            goes_on = self._stamp is not None and self._stamp - stamp <= self.max_gap
             self._begin(stamp, rate)
+            if goes_on:
+                self._turn(stamp, rate * self.period)
             return self._zero is not None
         dt = stamp - self._stamp
-        if dt <= 0.0:
+        if dt == 0.0:
             return False
         if dt > 1.5 * self.period:
             dt = self._bridge(stamp, dt, rate)

@@ -106,7 +106,7 @@ class SafetyGate:
             return False, 'The emergency stop is still pressed.'
         if self.comfort.moving or self.config.encoder_timeout and not abs(inputs.speed) < self.config.rest_speed:
             return False, 'The emergency stop is released only when the chair stands still.'
-        if _moves(command):
+        if self._last is None or not self._may_start(self._last, command):
             return False, 'The emergency stop is released only when no command to move is given.'
         self._latched = False
         return True, 'The emergency stop is released.'

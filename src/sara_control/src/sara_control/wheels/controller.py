@@ -79,14 +79,15 @@ class DiffDriveController:
     ) -> OdometryState | None:
         """Wheel positions (rad; a sequence for several joints a side) at `stamp`, see base.WheelPositions.
 
-        Returns an OdometryState, or None for what is not newer than the last, not finite, or not used (open_loop).
+        Returns an OdometryState, or None for what is not newer than the last, not finite, or not used (open_loop). By
+        the wheels' own clock what came after an `interval` is newer, though ROS's clock was set back meanwhile.
         """
         left, right = _mean(left), _mean(right)
         if not all(map(math.isfinite, (left, right, stamp))):
             self.counters['wheels_not_finite'] += 1
             return None
         last = self._positions_at
-        if last is not None and last - self.config.encoder_timeout <= stamp <= last:
+        if last is not None and last - self.config.encoder_timeout <= stamp <= last and not interval:
             self.counters['wheels_not_newer'] += 1
             return None
         self._positions_at = stamp
@@ -104,7 +105,7 @@ class DiffDriveController:
         if odometry.update(left, right, self._clock):
             lost.on_interval(odometry.heading, math.hypot(odometry.x - x, odometry.y - y), interval, missed)
         self._watch_wheels(left, right, stamp)
-        return self._renew(stamp)
+        return None if stamp == last else self._renew(stamp)
 
     def _watch_wheels(self, left, right, stamp):
         """Stops the robot if an encoder stands still, and makes the covariance grow by what it hides."""

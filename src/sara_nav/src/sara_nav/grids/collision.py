@@ -104,7 +104,7 @@ class LocalWorld:
 
     def worsens(self, poses: np.ndarray) -> bool:
         """True when any later pose touches more, or deeper, than the first: so a robot already in contact can only
-        leave, by the side that it came in.
+        leave, by the side that it came in; by any from what lies half its width inside or deeper.
         """
         return worsens(self.ground, self.cover, self.to_local(poses))
 
