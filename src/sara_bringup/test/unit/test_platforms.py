@@ -53,6 +53,8 @@ def broken(tmp_path, file, old, new):
         (LINES, 'max_wheel_speed: &fastest 10.5', 'max_wheel_speed: &fastest 5.0', 'profile standard asks for'),
         (LINES, 'wheel_acceleration: 17.5', 'wheel_acceleration: 10.0', 'the motor node would refuse it'),
         (LINES, '&slip 1.08', '&slip 1.4', 'safety_gate/turn_slip is 1.4'),
+        (LINES, '  wheel_radius: *radius\n  steps_per_turn', '  wheel_separation_multiplier: 1.08\n'
+         '  wheel_radius: *radius\n  steps_per_turn', 'slip in turns counts twice'),
         (LINES, 'max_wheel_speed: 14.0           #', 'max_wheel_speed: 9.0            #',
          'true readings would be dropped'),
         (LINES, '    motor_lag: 0.08', '    motor_leg: 0.08',

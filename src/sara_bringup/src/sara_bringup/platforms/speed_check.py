@@ -10,6 +10,7 @@ from sara_common.platforms import Platform, parameters
 from sara_control.gate.gate_config import SafetyConfig
 
 SLACK = 0.97  # of a limit that is rounded
+TWICE = 1.03  # of both factors for slip in turns: more than what a calibration is off
 
 
 def findings(platform: Platform) -> Iterator[str]:
@@ -70,3 +71,9 @@ def _slip(platform, safety):
     low, high = platform.simulated.get('slip_range', (1.0, 2.0))
     if not low - 0.02 <= safety.turn_slip <= high + 0.02:
         yield f'safety_gate/turn_slip is {safety.turn_slip:g}, simulated chairs slip {low:g} to {high:g}'
+    multiplier = platform.parameters('diff_drive_controller').get('wheel_separation_multiplier', 1.0)
+    if multiplier > TWICE and safety.turn_slip > TWICE:
+        yield (
+            f'diff_drive_controller/wheel_separation_multiplier is {multiplier:g} and safety_gate/turn_slip '
+            f'{safety.turn_slip:g}: slip in turns counts twice'
+        )

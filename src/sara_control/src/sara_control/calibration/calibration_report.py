@@ -6,6 +6,9 @@ import math
 
 from sara_control.calibration.calibration import Calibration
 
+TURNS_SCALED = 0.03
+"""Share of its turns by which a robot turns otherwise once it is calibrated, from which on that is said."""
+
 
 def report(calibration: Calibration, runs: list) -> str:
     """Text. runs: of calibration.end_errors."""
@@ -25,6 +28,12 @@ def report(calibration: Calibration, runs: list) -> str:
             '',
             'turned mostly one way: turn as much the other way, '
             'or an error of the gyroscope passes for one of the track',
+        ]
+    if abs(c.separation - 1.0) > TURNS_SCALED:
+        lines += [
+            '',
+            f'with this wheel_separation_multiplier turns are as commanded: divide turn_slip (safety_gate, shared_control) '
+            f'by {c.separation:.3f}, or the slip of castors counts twice',
         ]
     lines += ['', f'{"run":>4}{"start s":>12}{"way m":>9}{"turned deg":>12}   error of the end before -> after']
     for number, run in enumerate(runs, 1):
