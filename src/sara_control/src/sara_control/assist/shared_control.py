@@ -182,7 +182,9 @@ class SharedControl:
         if way.moves[0, 0] == 0.0:
             self._last = 0.0
             side = math.copysign(1.0, way.moves[0, 1])
-            return Assisted(0.0, side * PIVOT_RATE * c.max_angular, LEFT if side > 0.0 else RIGHT)
+            fast = (abs(v) + self._outline.radius * abs(w) / c.turn_slip) / self._outline.radius  # of a corner as asked
+            rate = min(PIVOT_RATE * c.max_angular, fast * c.turn_slip)
+            return Assisted(0.0, side * rate, LEFT if side > 0.0 else RIGHT)
         curvature = self._last = self._pursued(way, sense)
         speed = min(abs(v), self._allowed(way))
         turn = curvature * c.turn_slip * speed
