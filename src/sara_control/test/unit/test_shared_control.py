@@ -230,6 +230,14 @@ class TestHelp:
         rows = drive(world(6.0, 4.0), (3.0, 2.0, 0.0), lambda t, pose: (0.34, 0.0), 20.0)
         assert rows[-1][1].v == 0.0 and 0.0 < rows[-1][3] < 0.2
 
+    @pytest.mark.parametrize('push', (0.05, 0.1, 0.2, 0.4))
+    def test_a_turn_in_place_is_no_faster_than_the_push(self, push):
+        grid = world(6.0, 6.0, (4.3, 0.6, 5.7, 2.0))
+        result = knows(grid).step(0.0, (push, 0.0), (3.5, 2.3, -0.4))
+        corner = math.hypot(0.5 * CONFIG.length, 0.5 * CONFIG.width) / CONFIG.turn_slip
+        assert result.v == 0.0 and result.correction is Correction.LEFT
+        assert 0.0 < result.w <= push / corner + 1e-9 and result.w < CONFIG.max_angular
+
     def test_astern_as_ahead(self):
         grid = world(8.0, 6.0, (4.0, 2.6, 4.5, 3.1))
         rider = heads_for(7.0, 2.9, lambda pose: pose[0] > 6.0)
