@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 
 from sara_common.config import ConfigError
 from sara_common.diagnostics import ERROR, OK, WARN
+from sara_localization.particles.range_localizer import RangeLocalizer
 from sara_localization.ranges import map_echo, turn_scale
 from sara_localization.ranges.map_echo import Cone
 from sara_localization.ranges.range_config import RangeConfig
@@ -327,7 +328,50 @@ def test_who_is_put_elsewhere_is_believed_anew():
     assert status('range_localization', correction, 60.0, heard, {}).level == WARN
     assert correction.sigma[0] == pytest.approx(math.sqrt(CONFIG.initial_cov_xx))
     correction.on_pose(20.0, (2.1, 1.0, 1.0))  # the clock went back
-    assert correction.pose == (2.1, 1.0, 1.0) and correction.counts['jumped'] == 2
+    assert correction.pose == (2.1, 1.0, 1.0) and correction.counts['jumped'] == 1
+
+
+@pytest.mark.parametrize('found', (False, True))
+@pytest.mark.parametrize('gap, step', ((0.02, 0.4), (3.5, 0.1), (-1.5, 0.0), (0.02, -0.4)))
+def test_a_step_of_the_dead_reckoning_keeps_the_correction_and_makes_it_less_sure(found, gap, step):
+    """A filter that takes back what it has predicted, a gap, a clock set back: nobody has put the robot anywhere."""
+    localizer = RangeLocalizer(CONFIG, room(20.0, 20.0))
+    correction = localizer.correction
+    for k in range(100):
+        localizer.on_pose(0.02 * k, (1.0 + 0.01 * k, 1.0, 0.0))
+    if found:
+        correction.start_at((12.0, 8.0, 2.0), np.diag((4e-4, 4e-4, 1e-4)))
+    else:
+        correction.offset = correction._wanted = (0.3, -0.2, 0.1)
+    offset, variance, (x, y, yaw) = correction.offset, correction.P[0, 0], correction.dead_reckoned
+    localizer.on_pose(1.98 + gap, (x + step, y, yaw))
+    assert correction.offset == offset and not localizer.searching and correction.counts['stepped'] == 1
+    assert correction.P[0, 0] >= variance + step**2
+    heard = Heard(2.0, 2.0)
+    assert status('range_localization', correction, 2.0, heard, {}).level == WARN
+
+
+def test_who_was_found_by_a_search_and_jumps_is_searched_for_again_where_it_was():
+    localizer = RangeLocalizer(CONFIG, room(20.0, 20.0))
+    for k in range(100):
+        localizer.on_pose(0.02 * k, (1.0 + 0.01 * k, 1.0, 0.0))
+    localizer.correction.start_at((12.0, 8.0, 2.0), np.diag((4e-4, 4e-4, 1e-4)))
+    localizer.on_pose(2.0, (7.0, -3.0, 1.0))
+    assert localizer.searching and localizer.correction.pose == pytest.approx((12.0, 8.0, 2.0))
+    localizer.forget()  # set_pose: the dead reckoning is in the map now
+    localizer.on_pose(2.02, (9.0, 9.0, 0.0))
+    assert not localizer.searching and localizer.correction.pose == (9.0, 9.0, 0.0)
+
+
+def test_the_covariance_of_what_is_given_out_holds_how_far_it_is_off_the_estimate():
+    correction = RangeCorrection(CONFIG, room())
+    for k in range(3):
+        correction.on_pose(0.02 * k, (1.5, 1.3, 0.0))
+    correction._wanted = (0.3, -0.1, 0.0)
+    assert correction.P_given_out[0, 0] == pytest.approx(correction.P[0, 0] + 0.09)
+    assert correction.P_given_out[0, 1] == pytest.approx(correction.P[0, 1] - 0.03)
+    correction.offset = correction._wanted
+    assert (correction.P_given_out == correction.P).all()
 
 
 @settings(max_examples=60)

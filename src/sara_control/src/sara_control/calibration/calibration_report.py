@@ -32,8 +32,8 @@ def report(calibration: Calibration, runs: list) -> str:
     if abs(c.separation - 1.0) > TURNS_SCALED:
         lines += [
             '',
-            f'with this wheel_separation_multiplier turns are as commanded: divide turn_slip (safety_gate, shared_control) '
-            f'by {c.separation:.3f}, or the slip of castors counts twice',
+            'with this wheel_separation_multiplier turns are as commanded: divide turn_slip '
+            f'(safety_gate, shared_control) by {c.separation:.3f}, or the slip of castors counts twice',
         ]
     lines += ['', f'{"run":>4}{"start s":>12}{"way m":>9}{"turned deg":>12}   error of the end before -> after']
     for number, run in enumerate(runs, 1):

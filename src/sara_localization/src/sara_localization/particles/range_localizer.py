@@ -72,10 +72,14 @@ class RangeLocalizer:
         return f'not sure where the robot is: places that fit: {search.belief.clusters}; drive it about'
 
     def on_pose(self, stamp: float, pose: tuple[float, float, float]) -> None:
-        """See RangeCorrection. Where the dead reckoning jumps, a search begins anew."""
-        jumps = self.correction.counts['jumped']
-        self.correction.on_pose(stamp, pose)
-        if self.searching and self.correction.counts['jumped'] > jumps:
+        """See RangeCorrection. Where the dead reckoning jumps, a search begins anew; and one begins where its frame was
+        found by a search, for then nobody has put it there.
+        """
+        correction = self.correction
+        jumps, steps = (correction.counts[what] for what in ('jumped', 'stepped'))
+        correction.on_pose(stamp, pose)
+        jumped = correction.counts['jumped'] > jumps
+        if self.searching and (jumped or correction.counts['stepped'] > steps) or jumped and not correction.laid:
             self.start_anywhere()
 
     def on_range(self, reading: RangeData) -> str:

@@ -29,7 +29,7 @@ from sara_localization.ranges.range_config import RangeConfig
 from sara_localization.ranges.range_data import RangeData, RangeMap
 from sara_localization.ranges.turn_scale import MOST, TurnScale
 
-FAULTS = ('bad_range', 'bad_pose', 'bad_frame', 'no_pose', 'no_map', 'jumped')
+FAULTS = ('bad_range', 'bad_pose', 'bad_frame', 'no_pose', 'no_map', 'stepped', 'jumped')
 """What becomes of data that are faulty or come too early or late; all else is what the surroundings are like."""
 LONGEST_GAP, LONGEST_STEP = 3.0, 0.1
 """s without dead reckoning after which only a robot that has stood is where it was; s for which what is given out goes
@@ -37,6 +37,10 @@ on to follow the estimate meanwhile.
 """
 JUMP_M, JUMP_RAD = 0.05, 0.05
 """By which a step of the dead reckoning may be longer than the robot is fast: a filter corrects itself."""
+STEP_S = 0.4
+"""A step no longer than what the robot drives in so many s is the dead reckoning's own, whose filter has found that the
+robot stands, say; a longer one was put there by somebody.
+"""
 MEMORY_S = 1.5
 """Of dead reckoning that is kept for readings that come late."""
 SURE_SCALE = 0.001
@@ -44,8 +48,9 @@ SURE_SCALE = 0.001
 
 
 class RangeCorrection:
-    """`offset`: (x, y, yaw) of the dead reckoning's frame in the map as it is given out; `counts`: Counter of what
-    became of the readings; `scale`: turns of the robot over those of the dead reckoning, as learned so far.
+    """`offset`: (x, y, yaw) of the dead reckoning's frame in the map as it is given out; `laid`: whether somebody has
+    laid that frame in the map, who can do so again, and it was not found by a search; `counts`: Counter of what became
+    of the readings; `scale`: turns of the robot over those of the dead reckoning, as learned so far.
     """
 
     def __init__(self, config: RangeConfig, map_: RangeMap | None = None, turn_scale: TurnScale | None = None):
@@ -60,7 +65,7 @@ class RangeCorrection:
     def forget(self) -> None:
         """As at the start: the dead reckoning is believed, within the initial variances; the scale of turns stays."""
         c = self.config
-        self.offset = self._wanted = (0.0, 0.0, 0.0)
+        self.offset, self._wanted, self.laid = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), True
         self._P = np.diag([c.initial_cov_xx, c.initial_cov_yy, c.initial_cov_aa, self._P[3, 3]])
         self._trail = deque()  # (stamp, (x, y, yaw)) by dead reckoning
         self._passed, self._used = {}, {}
@@ -70,6 +75,7 @@ class RangeCorrection:
         dead reckoning.
         """
         self.offset = self._wanted = _offset(pose, self._trail[-1][1])
+        self.laid = False
         self._P[:3, :] = self._P[:, :3] = 0.0
         self._P[:3, :3] = covariance
         self._passed, self._used = {}, {}
@@ -78,6 +84,16 @@ class RangeCorrection:
     def P(self) -> np.ndarray:
         """(3, 3): the covariance of the pose estimated."""
         return self._P[:3, :3]
+
+    @property
+    def P_given_out(self) -> np.ndarray:
+        """(3, 3): the covariance of the pose that is given out: what it is off the estimate that it follows counts."""
+        if self.offset == self._wanted or not self._trail:
+            return self.P
+        here = self._trail[-1][1]
+        shown, wanted = compose(self.offset, here), compose(self._wanted, here)
+        off = np.array([wanted[0] - shown[0], wanted[1] - shown[1], wrap_exact(wanted[2] - shown[2])])
+        return self.P + np.outer(off, off)
 
     @property
     def turn_scale(self) -> TurnScale:
@@ -104,9 +120,9 @@ class RangeCorrection:
 
     def on_pose(self, stamp: float, pose: tuple[float, float, float]) -> None:
         """The dead reckoning has the robot at (x, y, yaw) at a time (s). One that jumps was put there, and is believed
-        anew.
+        anew; where its frame was never laid in the map, the robot is taken to be where it was. A step (STEP_S) is a way
+        as uncertain as it is long.
         """
-        c = self.config
         if not (math.isfinite(stamp) and all(map(math.isfinite, pose))):
             self.counts['bad_pose'] += 1
             return
@@ -116,9 +132,8 @@ class RangeCorrection:
             if dt <= 0.0 and dt > -1.0:
                 return
             driven = dt if dt <= LONGEST_GAP else 0.0
-            if dt < 0.0 or way > c.max_vel_x * driven + JUMP_M or abs(turned) > c.max_vel_theta * driven + JUMP_RAD:
-                self.counts['jumped'] += 1
-                self.forget()
+            if dt < 0.0 or not self._within(driven, way, turned):
+                self._jump(before, pose, self._within(STEP_S, way, turned))
             else:
                 self._grow(before, pose, way, turned)
         self._trail.append((stamp, tuple(pose)))
@@ -126,6 +141,26 @@ class RangeCorrection:
             self._slew(min(stamp - self._trail[-2][0], LONGEST_STEP))
         while self._trail[0][0] < stamp - MEMORY_S:
             self._trail.popleft()
+
+    def _within(self, seconds, way, turned):
+        """Whether a robot can drive so far (m) and turn so much (rad) in that time, or a filter correct it by that."""
+        c = self.config
+        return way <= c.max_vel_x * seconds + JUMP_M and abs(turned) <= c.max_vel_theta * seconds + JUMP_RAD
+
+    def _jump(self, before, pose, is_step):
+        """The dead reckoning went from `before` to a pose at once, or its clock was set back."""
+        self.counts['stepped' if is_step else 'jumped'] += 1
+        if self.laid and not is_step:
+            self.forget()
+            return
+        if is_step:
+            way, turned = math.dist(pose[:2], before[:2]), wrap_exact(pose[2] - before[2])
+            self._grow(before, pose, way, turned)
+            self._P[:3, :3] += np.diag([way**2, way**2, turned**2])
+        else:
+            self.offset, self._wanted = (_offset(compose(frame, before), pose) for frame in (self.offset, self._wanted))
+        self._trail.clear()
+        self._passed, self._used = {}, {}
 
     def _grow(self, before, pose, way, turned):
         c, turn = self.config, abs(turned)

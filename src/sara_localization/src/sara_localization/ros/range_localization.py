@@ -128,7 +128,7 @@ class RangeNode:
             if self.localizer.searching:
                 return
             x, y, yaw = self.correction.offset
-            corrected, P = Transform.from_xyz_rpy(x, y, 0.0, 0.0, 0.0, yaw) @ pose, self.correction.P
+            corrected, P = Transform.from_xyz_rpy(x, y, 0.0, 0.0, 0.0, yaw) @ pose, self.correction.P_given_out
             map_from_odom = self._map_from_odom(data, corrected) if self.config.tf_broadcast else None
         if map_from_odom is not None:
             publish(self.transform_pub, TFMessage([conversions.transform_message(map_from_odom)]))
