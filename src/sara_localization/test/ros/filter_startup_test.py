@@ -9,6 +9,7 @@ import unittest
 import rospy
 import rostest
 from diagnostic_msgs.msg import DiagnosticArray
+from nav_msgs.msg import Odometry
 from rosgraph_msgs.msg import Clock, Log
 
 
@@ -22,7 +23,29 @@ class FilterStartupTest(unittest.TestCase):
             time.sleep(0.05)
         for words in wanted:
             self.assertTrue([line for line in said if words in line], said)
+        self.what_came_before_the_time_and_is_dated_an_hour_ahead_shuts_out_nothing()
         self.cycles_go_on_when_time_comes_and_when_it_jumps_back()
+
+    def what_came_before_the_time_and_is_dated_an_hour_ahead_shuts_out_nothing(self):
+        speeds, wheels = [], rospy.Publisher('/diff_drive_controller/odom', Odometry, queue_size=10)
+        clock = rospy.Publisher('/clock', Clock, queue_size=1)
+        rospy.Subscriber('odometry/filtered', Odometry, lambda told: speeds.append(told.twist.twist.linear.x))
+        odometry, end = Odometry(), time.monotonic() + 20.0
+        odometry.header.frame_id, odometry.child_frame_id = 'odom', 'base_link'
+        odometry.twist.twist.linear.x, odometry.twist.covariance[0] = 0.5, 1e-3
+        while not (wheels.get_num_connections() and clock.get_num_connections()) and time.monotonic() < end:
+            time.sleep(0.05)
+        odometry.header.stamp = rospy.Time.from_sec(3700.0)
+        wheels.publish(odometry)
+        time.sleep(0.5)  # nobody tells that it has come
+        seconds = 100.0
+        while not (speeds and abs(speeds[-1] - 0.5) < 0.05) and time.monotonic() < end:
+            seconds += 0.02
+            clock.publish(Clock(rospy.Time.from_sec(seconds)))
+            odometry.header.stamp = rospy.Time.from_sec(seconds)
+            wheels.publish(odometry)
+            time.sleep(0.01)
+        self.assertLess(time.monotonic(), end, f'the wheels are not heard: {speeds[-5:]}')
 
     def cycles_go_on_when_time_comes_and_when_it_jumps_back(self):
         told = []

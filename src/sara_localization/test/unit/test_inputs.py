@@ -361,6 +361,29 @@ def test_a_message_far_ahead_of_the_clock_is_told_and_does_not_shut_out_the_next
     assert engine.inputs['twist0'].problems['from_the_future'] == 1 and 'ahead of the clock' in engine.said[0]
 
 
+@pytest.mark.parametrize('ahead', [1.2, 9.9, 3600.0])
+@pytest.mark.parametrize('begins', ['start', 'reset'])
+@pytest.mark.parametrize('lagged', [False, True])
+def test_a_first_message_ahead_of_the_clock_costs_itself_alone(ahead, begins, lagged):
+    engine = make(twist0='/t', twist0_config=mask(VX), smooth_lagged_data=lagged, history_length=1.0)
+    if begins == 'reset':
+        drive(engine, range(-10, 0))
+        engine.reset()
+    engine.clock(100.0)
+    engine.add_twist('twist0', TwistData(100.0 + ahead, 'base_link', (9, 0, 0), covariance=np.eye(6)))
+    last = drive(engine, range(300))
+    account = engine.inputs['twist0']
+    assert account.problems == {'from_the_future': 1} and account.used == account.received - 1
+    assert last.state[VX] == pytest.approx(0.05 * 299, abs=0.01)
+
+
+def test_a_message_a_little_ahead_of_the_clock_waits_until_its_time_comes():
+    engine = make(twist0='/t', twist0_config=mask(VX))
+    engine.tick(100.0)
+    engine.add_twist('twist0', TwistData(100.5, 'base_link', (1, 0, 0), covariance=np.eye(6)))
+    assert engine.tick(100.4) is None and engine.tick(100.5).state[VX] == 1.0
+
+
 @pytest.mark.parametrize('two_d', [False, True])
 def test_consistency_of_an_input_is_about_one_when_its_variance_is_honest(two_d):
     rng = np.random.default_rng(0)

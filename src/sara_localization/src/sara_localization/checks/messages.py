@@ -7,6 +7,7 @@ import numpy as np
 from sara_localization.checks.findings import Finding, error, warning
 from sara_localization.checks.records import Record, block_start
 from sara_localization.filters.state import NAMES
+from sara_localization.inputs.preprocessing import FUTURE
 
 LARGEST_DELAY = 1.0
 TINY_VARIANCE = 1e-9
@@ -60,8 +61,8 @@ def _delayed(record, delays):
         return [
             warning(
                 record.key,
-                f'{name}: stamps are {-delay:.2f} s in the future (median): they wait until their time comes. Set the '
-                'clock of its computer (chrony, NTP).',
+                f'{name}: stamps are {-delay:.2f} s in the future (median): they wait until their time comes, and are '
+                f'dropped beyond {FUTURE:g} s. Set the clock of its computer (chrony, NTP).',
             )
         ]
     return []

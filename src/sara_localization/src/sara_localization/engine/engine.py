@@ -6,6 +6,7 @@ that node is known to go wrong this one does not follow: see measurement.py, his
 below.
 
     engine = FilterEngine(FilterConfig.from_params(params, 'ekf'), transforms)
+    engine.clock(now)                   # what is added and dated clearly later is dropped
     engine.add_odometry('odom0', OdometryData(...)); engine.add_imu('imu0', ImuData(...))
     output = engine.tick(now)           # FilterOutput, or None before there is anything to say
 """
@@ -117,6 +118,13 @@ class FilterEngine:
 
     # Inputs
 
+    def clock(self, now: float) -> None:
+        """The messages that are added next come at the time `now` (s; 0: it is not known yet); those dated clearly
+        later are ignored. A tick says the same; before the first one, also after a reset, nothing else does.
+        """
+        if now > 0.0:
+            self.preprocessor.now = now
+
     def add_odometry(self, name: str, data: OdometryData) -> None:
         """A message of input `name` (odomN); never raises for what the data holds."""
         self._enqueue(name, self.preprocessor.odometry(name, data, self._motion()))
@@ -191,8 +199,7 @@ class FilterEngine:
         if self._last_tick is not None and now < self._last_tick:
             self._time_went_back(now)
         self._last_tick, self._seen = now, None
-        if now > 0.0:
-            self.preprocessor.now = now
+        self.clock(now)
         if not self.enabled:
             return None
         if self.on:

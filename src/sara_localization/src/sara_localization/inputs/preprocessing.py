@@ -27,8 +27,8 @@ from sara_localization.inputs.raw_measurement import Measurement, Memory
 from sara_localization.inputs.standstill_watch import StandstillWatch
 from sara_localization.inputs.status import InputStatus
 
-# A message that is this far ahead of the clock (s) would wait for longer than anybody, and all after it would be late.
-FUTURE = 10.0
+# A message that is this far ahead of the clock (s) would wait as long, and all after it would be late meanwhile.
+FUTURE = 1.0
 
 
 class Motion(NamedTuple):
@@ -54,7 +54,7 @@ class Preprocessor:
     data.
 
     history_from: stamps (s) from which on a late message can still be put in its place; inf without lagged data.
-    now: the time of the last tick (s), inf before the first.
+    now: the newest time that the engine was told (s), inf before any: then nothing is known to be ahead of it.
     """
 
     def __init__(self, config: FilterConfig, transforms: Transforms, report: Callable[[str], None]):

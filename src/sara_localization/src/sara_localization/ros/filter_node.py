@@ -124,8 +124,9 @@ class FilterNode:
     def set_pose(self, msg: PoseWithCovarianceStamped) -> None:
         """The robot is at this pose, at rest: from RViz or a program."""
         with self.lock:
-            self.mailbox.deliver()
-            refused = self.engine.set_pose(conversions.pose(msg), conversions.seconds(rospy.Time.now()))
+            now = conversions.seconds(rospy.Time.now())
+            self._deliver(now)
+            refused = self.engine.set_pose(conversions.pose(msg), now)
         if refused:
             rospy.logwarn(refused)
         else:
@@ -144,7 +145,7 @@ class FilterNode:
     def enable(self, _request: EmptyRequest) -> EmptyResponse:
         """Start a filter that was disabled_at_startup."""
         with self.lock:
-            self.mailbox.deliver()
+            self._deliver(conversions.seconds(rospy.Time.now()))
             started = self.engine.enable()
         if started:
             rospy.loginfo('the filter is enabled')
@@ -175,7 +176,7 @@ class FilterNode:
         try:
             with self.lock:
                 jumps = self.engine.time_jumps
-                self.mailbox.deliver()
+                self._deliver(now)
                 output = self.engine.tick(now)
                 jumped = self.engine.time_jumps != jumps
             if jumped and self.config.reset_on_time_jump:
@@ -186,6 +187,10 @@ class FilterNode:
         except Exception as error:  # pylint: disable=broad-except
             if not rospy.core.is_shutdown_requested():  # then topics close while they are published on
                 self._failed(error)
+
+    def _deliver(self, now):
+        self.engine.clock(now)
+        self.mailbox.deliver()
 
     def _failed(self, error):
         self.failures += 1

@@ -64,6 +64,7 @@ class BagFilter:
         if self.start is not None:
             while self._next < nanoseconds:
                 self._tick()
+        self.engine.clock(now)
         if topic in TF_TOPICS:
             bag_tools.enter_transforms(self.buffer, topic, read)
         elif topic == SET_POSE:
