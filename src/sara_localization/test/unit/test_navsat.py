@@ -341,6 +341,8 @@ def test_a_datum_that_is_none_is_refused_and_the_one_before_stays(datum, why):
         ({'altitude': 1e6}, 'bad_altitude'),
         ({'stamp': 0.0}, 'no_stamp'),
         ({'covariance': np.diag([1e9, 1.0, 1.0])}, 'huge_covariance'),
+        ({'covariance': np.diag([math.inf, math.inf, math.inf])}, 'huge_covariance'),
+        ({'covariance': np.diag([math.nan, math.inf, 1.0])}, 'huge_covariance'),
         ({'stamp': START + 100.0}, 'ahead'),
         ({'stamp': START - 100.0}, 'too_old'),
         ({'latitude': -89.0}, 'out_of_grid'),
@@ -376,6 +378,15 @@ def test_a_fix_of_an_impossible_covariance_is_used_with_one_that_is_told(changes
     (answer,) = robot.tick()
     assert np.diag(answer.pose_covariance)[:3] == pytest.approx(expected)
     assert list(robot.node.accounts['fix'].problems) == [kind] and len(robot.said) == 1
+
+
+@pytest.mark.parametrize('told', [1e9, math.inf])
+def test_a_fix_whose_height_is_not_known_counts_in_the_plane(told):
+    robot = GpsRobot(**TRUE).laid()
+    robot.node.on_odometry(robot.odometry())
+    robot.node.on_fix(robot.fix(covariance=np.diag([4.0, 4.0, told])), robot.now)
+    (answer,) = robot.tick()
+    assert np.diag(answer.pose_covariance)[:3] == pytest.approx([4.0, 4.0, 1e6]) and not robot.said
 
 
 def test_an_antenna_without_a_transform_is_waited_for_a_second_then_taken_at_the_origin():

@@ -86,6 +86,14 @@ def _covariance(fix, assumed_sigma):
         return assumed, Problem(
             'no_covariance', f'fixes do not say how exact they are: {assumed_sigma:g} m is assumed (assumed_sigma)'
         )
+    huge = variances > LARGEST_VARIANCE  # infinity, too
+    if huge[:2].any():
+        return None, Problem(
+            'huge_covariance',
+            f'a fix is dropped: its variance of {variances[:2][huge[:2]].max():g} m2 says that its place is not known',
+        )
+    if huge[2]:  # the height is not known
+        own = np.diag([*variances[:2], LARGEST_VARIANCE])
     if not (np.isfinite(own).all() and variances.min() >= SMALLEST_VARIANCE):
         told = ' '.join(f'{v:g}' for v in variances)
         return assumed, Problem(
@@ -93,13 +101,6 @@ def _covariance(fix, assumed_sigma):
             f'the variances of a fix are {told} m2, allowed are numbers from {SMALLEST_VARIANCE:g}: '
             f'{assumed_sigma:g} m is assumed',
         )
-    if variances[:2].max() > LARGEST_VARIANCE:
-        return None, Problem(
-            'huge_covariance',
-            f'a fix is dropped: its variance of {variances[:2].max():g} m2 says that its place is not known',
-        )
-    if variances[2] > LARGEST_VARIANCE:  # the height is not known
-        return np.diag([*variances[:2], LARGEST_VARIANCE]), None
     own = 0.5 * (own + own.T)
     eigenvalues = np.linalg.eigvalsh(own)
     if eigenvalues[0] <= _UNCORRELATED * eigenvalues[2] and np.count_nonzero(own) > 3:
