@@ -117,7 +117,7 @@ class Receiver:
             return [*self._released(now), Fix(now, NO_FIX, *_NOWHERE, (0.0, 0.0, 0.0), UNKNOWN)]
         hdop = read.number(fields, 7, 0.0, 1e3)
         above_sea, geoid = read.number(fields, 8, -1e5, 1e7), read.number(fields, 10, -1e3, 1e3)
-        altitude = math.nan if above_sea is None else above_sea + (geoid or 0.0)
+        altitude = math.nan if above_sea is None or geoid is None else above_sea + geoid
         waits = self._tells and lost and self._told(now) is None
         found = self._released(now)
         fix = Fix(now, status, latitude, longitude, altitude, (0.0, 0.0, 0.0), UNKNOWN)

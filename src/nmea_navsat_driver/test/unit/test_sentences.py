@@ -107,6 +107,12 @@ def test_a_fix_has_the_deviations_of_gst_and_its_height_above_the_ellipsoid():
     assert fix.variances == pytest.approx((1.2**2, 1.5**2, 9.0))  # GST tells latitude first
 
 
+@pytest.mark.parametrize('height', ['588.0,M,,', ',M,51.5,M', ',,,'])
+def test_a_height_above_the_sea_alone_is_none_above_the_ellipsoid(height):
+    (fix,) = Heard().on(GGA.format(1).replace('588.0,M,51.5,M', height))
+    assert math.isnan(fix.altitude) and fix.status == FIX and fix.latitude == pytest.approx(40.51)
+
+
 @pytest.mark.parametrize(('quality', 'status', 'sigma'), [(1, FIX, 4.0), (2, SBAS, 3.0), (4, 2, 0.02), (5, 2, 4.0)])
 def test_without_gst_the_deviation_is_that_of_the_quality_times_hdop(quality, status, sigma):
     (fix,) = Heard().on(GGA.format(quality))
