@@ -161,6 +161,22 @@ def test_a_jump_of_the_odometry_that_nobody_tells_of_is_no_motion(jump):
     assert len(said) == 1 and said[0].startswith('the odometry jumps by ')
 
 
+def test_odometry_that_begins_anew_near_its_origin_is_told_by_its_turn():
+    """The robot is back where it was switched on, turned by half a turn, as the wheels' controller begins anew."""
+    there = [(1.0 + 0.1 * k, 1.0, 0.0) for k in range(20)]
+    about = [(2.9, 1.0, 0.1 * k) for k in range(1, 32)]
+    back = [(2.9 - 0.1 * k, 1.0, 3.1) for k in range(1, 16)]
+    on = [(1.4 + 0.1 * k, 1.0, 3.1 + 0.1 * k) for k in range(20)]
+    path, begins, said = there + about + back + on, len(there + about + back), []
+    slam = Slam(SlamConfig(), said.append)
+    for k, pose in enumerate(path):
+        odometry = compose(inverse(path[0] if k < begins else path[begins]), pose)
+        slam.on_scan(scan(ranges(MAP, pose), odometry, 1.0 + 0.1 * k))
+    x, y, yaw = compose(path[0], compose(slam.map_from_odom, odometry))
+    assert math.dist((x, y), path[-1][:2]) < 0.08 and abs(math.remainder(yaw - path[-1][2], 2.0 * math.pi)) < 0.03
+    assert slam.counts['jump'] == 1 and said == ['the odometry jumps by 0.4 m and 3.1 rad: that is no motion']
+
+
 def test_a_map_of_odometry_that_begins_far_off_begins_at_0():
     slam = Slam(SlamConfig())
     slam.on_scan(scan(ranges(MAP, (1.0, 1.0, 0.0)), (440_000.0, 4_480_000.0, 0.5)))

@@ -41,7 +41,9 @@ UNKNOWN_SIGMA = 0.3, 0.2
 JUMP = 20.0
 """m between two scans used that the odometry cannot have driven."""
 FASTEST, SLACK, LONGEST_GAP = 3.0, 1.0, 2.0
-"""m/s, m, s: nothing drives farther between two scans than SLACK and FASTEST for that time, LONGEST_GAP at most."""
+"""m/s and rad/s, m and rad, s: nothing drives farther or turns by more between two scans than SLACK and FASTEST for
+that time, LONGEST_GAP at most.
+"""
 FAR = 1000.0
 """m from its origin where the odometry may be at first: the map has that frame; from further off it begins at 0, 0."""
 NARROWEST, WIDEST = (0.25, 0.2), (1.0, 0.7)
@@ -162,9 +164,10 @@ class Slam:
         before, self._seen = self._seen, (stamp, odometry)
         if before is None or self._odometry is None:
             return
-        way, most = math.dist(odometry[:2], before[1][:2]), SLACK + FASTEST * min(abs(stamp - before[0]), LONGEST_GAP)
-        if way > most:
-            self.trouble('jump', f'the odometry jumps by {way:.3g} m: that is no motion')
+        most = SLACK + FASTEST * min(abs(stamp - before[0]), LONGEST_GAP)
+        way, turn = math.dist(odometry[:2], before[1][:2]), abs(float(wrap(odometry[2] - before[1][2])))
+        if max(way, turn) > most:
+            self.trouble('jump', f'the odometry jumps by {way:.3g} m and {turn:.3g} rad: that is no motion')
             self.forget_odometry()
 
     def _is_due(self, stamp, odometry):
