@@ -2,6 +2,7 @@
 
 import math
 import os
+import resource
 import signal
 import subprocess
 import sys
@@ -127,6 +128,51 @@ def test_a_full_disk_is_told_and_mapping_goes_on():
     slam._journal._file = open('/dev/full', 'ab', buffering=0)  # noqa: SIM115
     drive(slam, 0, 5)
     assert len(slam.scans) == 5 and len(said) == 1 and 'No space' in said[0]
+
+
+@pytest.fixture
+def disk():
+    """A function that lets files grow to so many bytes, as on a full disk: a write takes what there is room for."""
+    hard = resource.getrlimit(resource.RLIMIT_FSIZE)[1]
+    before = signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+    yield lambda size: resource.setrlimit(resource.RLIMIT_FSIZE, (hard if size is None else size, hard))
+    resource.setrlimit(resource.RLIMIT_FSIZE, (hard, hard))
+    signal.signal(signal.SIGXFSZ, before)
+
+
+def test_a_record_that_is_written_in_part_is_taken_back(tmp_path, disk):
+    path = tmp_path / 'state'
+    journal = Journal(path)
+    for k in range(5):
+        journal.append('loop', {'number': np.full(100, k)})
+    disk(path.stat().st_size + 300)
+    with pytest.raises(JournalError, match='state cannot be written: there was room for a part'):
+        journal.append('loop', {'number': np.full(100, 5)})
+    disk(None)
+    for k in range(6, 9):
+        journal.append('loop', {'number': np.full(100, k)})
+    again = Journal(path)
+    assert [record.arrays['number'][0] for record in again.records] == [0, 1, 2, 3, 4, 6, 7, 8] and not again.cut
+
+
+def test_a_disk_that_fills_up_within_a_record_is_told_and_mapping_goes_on(tmp_path, disk):
+    path, said = tmp_path / 'state', []
+    slam = Slam(CONFIG, said.append, Journal(path))
+    drive(slam, 0, 5)
+    disk(path.stat().st_size + 300)
+    drive(slam, 5, 10)
+    assert len(slam.scans) == 10 and len(said) == 1 and said[0].endswith('after a restart the map ends here')
+    again = Journal(path)
+    assert len(again.records) >= 5 and not again.cut
+
+
+def test_a_record_too_long_to_be_read_again_is_not_written(tmp_path, monkeypatch):
+    monkeypatch.setattr(journals, 'LONGEST', 1000)
+    journal = Journal(tmp_path / 'state')
+    with pytest.raises(JournalError, match='a record of .* bytes, allowed are 1000'):
+        journal.append('loop', {'number': np.zeros(1000)})
+    journal.append('loop', {'number': np.zeros(1)})
+    assert len(Journal(tmp_path / 'state').records) == 1
 
 
 KILLED = """

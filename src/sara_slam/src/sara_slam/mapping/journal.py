@@ -14,6 +14,7 @@ import time
 import zipfile
 import zlib
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -62,10 +63,10 @@ class Journal:
         found = list(_parsed(content))
         self.records = [record for record, _ in found]
         """What it held when it was opened; whoever takes them up clears the list."""
-        good = sum(length for _, length in found)
-        self.cut = len(content) - good
+        self._good = sum(length for _, length in found)  # bytes up to the end of the last whole record
+        self.cut = len(content) - self._good
         if self.cut:
-            os.ftruncate(self._file.fileno(), good)
+            os.ftruncate(self._file.fileno(), self._good)
 
     def _read(self):
         self._file.seek(0)
@@ -88,17 +89,24 @@ class Journal:
         self.append('optimised', {'dropped': np.array(dropped, int), 'poses': poses if whole else np.empty((0, 3))})
 
     def append(self, kind: str, arrays: dict[str, Any]) -> None:
-        """Write a record. Raises JournalError."""
+        """Write a record, whole or not at all. Raises JournalError."""
         held = io.BytesIO()
         np.savez(held, kind=kind, **arrays)
         body = held.getvalue()
         try:
-            self._file.write(HEAD.pack(MARK, len(body), zlib.crc32(body)) + body)
+            if len(body) > LONGEST:
+                raise OSError(f'a record of {len(body)} bytes, allowed are {LONGEST}')
+            record = HEAD.pack(MARK, len(body), zlib.crc32(body)) + body
+            if self._file.write(record) < len(record):
+                raise OSError('there was room for a part of a record alone')
             if self._clock() - self._synced >= SYNC_S:
                 os.fsync(self._file.fileno())
                 self._synced = self._clock()
         except OSError as error:
+            with suppress(OSError):  # what stays is cut off when the file is opened
+                os.ftruncate(self._file.fileno(), self._good)
             raise JournalError(f'{self.path} cannot be written: {error.strerror or error}') from error
+        self._good += len(record)
 
 
 def _of_edge(edge):
