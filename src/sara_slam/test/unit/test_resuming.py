@@ -121,6 +121,15 @@ def test_another_file_is_refused_and_stays_as_it_is(tmp_path):
         Journal(tmp_path / 'no' / 'state')
 
 
+def test_the_map_of_another_program_is_refused_and_stays_as_it_is(tmp_path):
+    path = tmp_path / 'state'
+    Journal(path).append('heard', {'poses': np.zeros((3, 4))})
+    before = path.read_bytes()
+    with pytest.raises(JournalError, match='state holds a map that was not made by a laser scanner'):
+        Slam(CONFIG, journal=Journal(path))
+    assert path.read_bytes() == before
+
+
 def test_a_full_disk_is_told_and_mapping_goes_on():
     said = []
     slam = Slam(CONFIG, said.append, Journal('/dev/null'))

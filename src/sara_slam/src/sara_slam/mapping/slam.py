@@ -19,7 +19,7 @@ from sara_localization.particles.scan_input import ScanInput
 from sara_nav.maps.map_io import GridMap
 from sara_slam.graph.loops import LoopSearch
 from sara_slam.graph.pose_graph import PoseGraph
-from sara_slam.mapping.journal import Journal
+from sara_slam.mapping.journal import Journal, JournalError
 from sara_slam.mapping.key_scan import KeyScan, key_scan
 from sara_slam.mapping.known_scans import KnownScans
 from sara_slam.mapping.occupancy import Occupancy
@@ -78,6 +78,7 @@ class Slam:
         say: Callable[[str], None] = lambda sentence: None,
         journal: Journal | None = None,
     ):
+        """Raises JournalError where the journal is another program's."""
         surfaces.warm()
         self.config, self.say = config, say
         self.counts, self._said = Counter(), set()
@@ -95,9 +96,12 @@ class Slam:
         self.errors = OdometryErrors((config.scale_sigma, config.delay_sigma))
         self._journal, self._sought = journal, -math.inf
         if journal is not None and journal.records:
-            self._resume(journal.records)
+            self._resume(journal)
 
-    def _resume(self, records):
+    def _resume(self, journal):
+        records = journal.records
+        if any(record.kind not in ('scan', 'loop', 'optimised') for record in records):
+            raise JournalError(f'{journal.path} holds a map that was not made by a laser scanner')
         scans, self._postponed = restored(records, self.graph)
         self.scans += scans
         records.clear()
