@@ -108,6 +108,24 @@ def test_bad_input_is_counted_and_changes_nothing(driven):
     assert faulty.map().data.tobytes() == slam.map().data.tobytes()
 
 
+@pytest.mark.parametrize('ahead', [0.2, 0.6, 5.0, 9.9])
+def test_a_sensor_whose_clock_is_ahead_silences_no_other(ahead):
+    """Readings come as they are made, with stamps that are later by range_delay than what they heard."""
+    kept, toward = [], []
+    for late in (0.0, ahead):
+        slam, true = SonarSlam(SonarConfig()), sonar_world.way()[:300].tolist()
+        for number, pose in enumerate(true):
+            slam.on_pose(sonar_world.TICK * number, compose(inverse(true[0]), pose))
+            for name, mount in MOUNTS.items():
+                if number >= 3:
+                    stamp = sonar_world.TICK * number - 0.01 + (late if name == 'front' else 0.0)
+                    slam.on_range(stamp, name, mount, sonar_world.heard(compose(true[number - 3], mount)))
+            toward.append(slam._ahead._toward)
+        kept.append(sum(reading.name != slam._numbers['front'] for reading in slam.kept))
+    assert kept[0] == kept[1] > 1400 and len(slam.filter.walls) >= 3
+    assert set(toward) == {1.0}
+
+
 def test_without_a_reading_there_is_no_map():
     with pytest.raises(ValueError, match='no map before the first reading'):
         SonarSlam(SonarConfig()).map()

@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import heapq
 import math
+from bisect import bisect
 from collections import Counter, deque
+from itertools import count
+from operator import itemgetter
 
 import numpy as np
 
@@ -26,6 +30,10 @@ MOST_AT_NODE = 300
 """Readings of one sensor that are kept between two nodes: a robot that stands hears nothing new."""
 WAIT_S, WAITING = 10.0, 1000
 """s of odometry, and readings, that are held until the other comes."""
+LATE_S = 0.1
+"""s, besides range_delay, by which a reading may be older than one that was taken before it. Where a sensor's clock is
+ahead its readings are taken as of now, and those of all others are older by range_delay.
+"""
 
 
 class SonarSlam:
@@ -36,8 +44,10 @@ class SonarSlam:
         forward_model.warm()
         self.config, self.filter, self.counts = config, WallFilter(config), Counter()
         self._odometry = deque()  # (stamp, pose)
-        self._waiting = deque()  # (stamp, name, mount, range)
+        self._waiting = []  # heap of (stamp, number, name, mount, range)
+        self._numbered = count()
         self._here = None  # odometry of the filter's pose
+        self._newest = None  # (stamp, odometry) of the newest reading taken
         self.nodes: list[Pose] = []  # odometry of the graph's poses
         self.first_guess: list[Pose] = []
         self.stamps: list[float] = []
@@ -61,7 +71,8 @@ class SonarSlam:
         while self._odometry[0][0] < stamp - WAIT_S:
             self._odometry.popleft()
         while self._waiting and self._waiting[0][0] < stamp:
-            self._take(*self._waiting.popleft())
+            of, _, *reading = heapq.heappop(self._waiting)
+            self._take(of, *reading)
 
     def on_range(self, stamp: float, name: str, mount: Pose, distance: float) -> None:
         """A sensor at a mount (x, y, yaw) in the robot said a range (m, REP-117) at a time (s)."""
@@ -71,25 +82,29 @@ class SonarSlam:
         if self._odometry and stamp > self._odometry[-1][0] + WAIT_S:  # a clock of its own: nobody else waits for it
             self.counts['no_pose'] += 1
             return
-        self._waiting.append((stamp - self.config.range_delay, name, mount, distance))
+        heapq.heappush(self._waiting, (stamp - self.config.range_delay, next(self._numbered), name, mount, distance))
         if len(self._waiting) > WAITING:
-            self._waiting.popleft()
+            heapq.heappop(self._waiting)
             self.counts['no_pose'] += 1
 
     def _take(self, stamp, name, mount, distance):
         odometry = self._odometry
-        while len(odometry) > 1 and odometry[1][0] <= stamp:
+        oldest = stamp - self.config.range_delay - LATE_S
+        while len(odometry) > 1 and odometry[1][0] <= oldest:
             odometry.popleft()
-        if len(odometry) < 2 or odometry[0][0] > stamp:
+        after = bisect(odometry, stamp, key=itemgetter(0))
+        if not 0 < after < len(odometry):
             self.counts['no_pose'] += 1
             return
-        (t0, a), (t1, b) = odometry[0], odometry[1]
+        (t0, a), (t1, b) = odometry[after - 1], odometry[after]
         here = between(a, b, (stamp - t0) / (t1 - t0))
         if self._here is not None:
-            relation = compose(inverse(self._here), here)
-            self.filter.move(relation)
-            self._ahead.moved(relation[0])
+            self.filter.move(compose(inverse(self._here), here))
         self._here = here
+        if self._newest is None or stamp >= self._newest[0]:  # a late reading is no drive back
+            if self._newest is not None:
+                self._ahead.moved(compose(inverse(self._newest[1]), here)[0])
+            self._newest = stamp, here
         self._node(stamp, here)
         wall = -1
         if self.config.range_min_range <= distance <= self.config.range_max_range:
