@@ -101,6 +101,7 @@ def test_readings_without_odometry_are_dropped_and_counted():
     for number in range(3000):
         mapper.on_range(0.1 * number, 'front', (0.5, 0.1, 0.0), 1.0)
     assert mapper.counts['no_pose'] == 2000
+    assert len(mapper._ranges) == 1000
 
 
 def test_a_full_disk_is_told_and_the_map_goes_on(tmp_path):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import deque
 from collections.abc import Callable
 
 import numpy as np
@@ -11,7 +12,7 @@ from sara_common.planar import compose, inverse, wrap
 from sara_slam.mapping.journal import Journal
 from sara_slam.sonar.drawing import Pose, Snapshot
 from sara_slam.sonar.sonar_config import SonarConfig
-from sara_slam.sonar.sonar_slam import SonarSlam
+from sara_slam.sonar.sonar_slam import WAITING, SonarSlam
 from sara_slam.sonar.wall_graph import Solved
 
 FASTEST = 2.0, 3.0
@@ -46,7 +47,7 @@ class SonarMapper:
         self._into, self._shift = NOWHERE, 0.0  # of the odometry: its frame, its clock
         self._last: tuple[float, Pose] | None = None  # of that which the SonarSlam heard
         self._poses: list[tuple[float, ...]] = []
-        self._ranges: list[tuple[float, ...]] = []
+        self._ranges: deque[tuple[float, ...]] = deque(maxlen=WAITING)
         self._names: dict[str, int] = {}
         if journal is not None:
             self._resume(journal.records)
@@ -122,7 +123,8 @@ class SonarMapper:
     def _keep(self):
         ranges = np.array(self._ranges).reshape(-1, 6)
         arrays = {'poses': np.array(self._poses), 'ranges': ranges, 'names': np.array(list(self._names), str)}
-        self._poses, self._ranges = [], []
+        self._poses = []
+        self._ranges.clear()
         if self._journal is None:
             return
         try:
