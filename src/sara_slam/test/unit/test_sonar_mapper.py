@@ -73,6 +73,18 @@ def test_where_the_odometry_begins_anew_the_robot_stands_where_it_stopped(later)
     assert math.dist(compose(there, tuple(TRUE[2 * PART - 1].tolist()))[:2], true[:2]) < 0.12
 
 
+def test_a_map_gone_on_with_has_no_pose_until_the_odometry_tells_whether_it_began_anew(tmp_path):
+    heard(SonarMapper(SonarConfig(), journal=Journal(tmp_path / 'state')), 0, PART)
+    again = SonarMapper(SonarConfig(), journal=Journal(tmp_path / 'state'))
+    stopped = compose(again.slam.map_from_odom, again._last[1])
+    assert again.map_from_odom is None
+    again.on_range(5000.0, 'front', (0.5, 0.1, 0.0), 1.0)
+    again.on_pose(math.nan, (0.0, 0.0, 0.0))
+    assert again.map_from_odom is None
+    again.on_pose(5000.0, (0.0, 0.0, 0.0))
+    assert again.counts['joined'] == 1 and again.map_from_odom == pytest.approx(stopped)
+
+
 def test_the_pose_goes_on_from_what_was_solved():
     mapper = SonarMapper(SonarConfig())
     heard(mapper, 0, PART)

@@ -46,6 +46,7 @@ class SonarMapper:
         self.counts = self.slam.counts
         self._into, self._shift = NOWHERE, 0.0  # of the odometry: its frame, its clock
         self._last: tuple[float, Pose] | None = None  # of that which the SonarSlam heard
+        self._resumed = False  # and no odometry has come since
         self._poses: list[tuple[float, ...]] = []
         self._ranges: deque[tuple[float, ...]] = deque(maxlen=WAITING)
         self._names: dict[str, int] = {}
@@ -65,12 +66,15 @@ class SonarMapper:
                 self._last = stamp, tuple(pose)
             *into, self._shift = held['into'].tolist()
             self._into = tuple(into)
+        self._resumed = bool(records)
         records.clear()
 
     @property
-    def map_from_odom(self) -> Pose:
-        """(x, y, yaw) of the odometry's frame in the map."""
-        return compose(self.slam.map_from_odom, self._into)
+    def map_from_odom(self) -> Pose | None:
+        """(x, y, yaw) of the odometry's frame in the map. None where a map is gone on with, until the first odometry
+        has told whether it began anew.
+        """
+        return None if self._resumed else compose(self.slam.map_from_odom, self._into)
 
     @property
     def entropy(self) -> float:
@@ -85,6 +89,7 @@ class SonarMapper:
             return
         if self._begins_anew(stamp, pose):
             self._join(stamp, pose)
+        self._resumed = False
         stamp, pose = stamp + self._shift, compose(self._into, pose)
         if self._last is not None and stamp <= self._last[0]:
             return
