@@ -83,6 +83,33 @@ def test_the_command_says_which_robot_and_ends_with_1(tmp_path, capsys):
     assert "mary: platform is 'mary', allowed are kate, sara" in said
 
 
+@pytest.mark.parametrize(
+    'old, new, words',
+    [
+        # As commanded 1.08 times the lateral acceleration: at 0.8 m/s 0.54 rad/s, (0.8 + 0.23 x 0.54) / 0.125.
+        ('max_wheel_speed: &fastest 10.5', 'max_wheel_speed: &fastest 7.0', 'profile standard allows curves that ask '
+         'for 7.4 rad/s of the outer wheel (0.8 m/s, commanded 0.54 rad/s), platform/motor_node/max_wheel_speed is 7:'),
+        # Slow, but sharp: (0.45 + 0.23 x 8.64) / 0.125.
+        ('max_turn: 0.8, max_lateral: 0.4,', 'max_turn: 8.0, max_lateral: 3.6,', '(0.45 m/s, commanded 8.6 rad/s)'),
+        ('fastest 10.5', 'fastest 10.5', ''),
+    ],
+)  # fmt: skip
+def test_curves_that_are_driven_slower_are_a_note_and_no_mistake(tmp_path, capsys, old, new, words):
+    broken(tmp_path, LINES, old, new)
+    with pytest.raises(SystemExit):
+        check_config.main([str(tmp_path / 'kate')])
+    notes = [line for line in capsys.readouterr().out.splitlines() if ': note: ' in line]
+    assert any(words in note for note in notes) if words else not notes
+
+
+def test_the_brisk_profile_of_sara_is_noted(capsys):
+    with pytest.raises(SystemExit) as ended:
+        check_config.main(['sara'])
+    said = capsys.readouterr().out
+    assert ended.value.code == 0 and 'sara: nothing to mend was found\nsara: note: profile brisk allows curves' in said
+    assert 'ask for 8.1 rad/s' in said and said.count('note: ') == 1
+
+
 @pytest.mark.parametrize('name', folders())
 def test_a_robot_of_any_folder_drives(name):
     lockstep = Lockstep(share() / 'maps' / 'room.yaml', (1.0, 1.0, 0.0), 1, platform=load(name))

@@ -132,9 +132,8 @@ def test_from_rest_a_wheel_is_set_off_by_one_step_and_a_jump_must_be_said_five_t
         reach = 1.5 * STEP + HARD * max(0.02 * frames - 0.03, 0.0)
         assert (bench.node.target == (0.0, 0.0)) == (STEP * max(abs(right), abs(left)) > reach or right == left == 0)
     talk(bench, wanted)
-    assert bench.node.target == pytest.approx(
-        tuple(min(max(wheel * STEP, -FASTEST), FASTEST) for wheel in (right, left)), abs=1e-9
-    )
+    share = min(FASTEST / (STEP * max(abs(right), abs(left), 1)), 1.0)
+    assert bench.node.target == pytest.approx((right * STEP * share, left * STEP * share), abs=1e-9)
 
 
 def test_after_a_damaged_frame_a_start_must_be_said_five_times_however_slow():
@@ -193,6 +192,19 @@ def test_no_frame_but_a_command_moves_it(identifier, data):
 def test_commands_are_limited():
     bench = Bench().in_control().run(0.1, frame=command(13, -13, 'C'))
     assert bench.node.target == (FASTEST, -FASTEST)
+
+
+@given(st.integers(-127, 127), st.integers(-127, 127), st.sampled_from((FASTEST, 3.0, 1.5)))
+def test_at_the_limit_it_stays_on_its_curve_whoever_drives(right, left, limit):
+    """Gate, planner and shared control reckon with the curve that they command."""
+    bench = Bench()
+    bench.node = MotorNode(BUS, MotorConfig.of(max_wheel_speed=limit))
+    talk(bench.in_control(), command(right * STEP, left * STEP, 'C'), JUMP_FRAMES)
+    share = min(limit / (STEP * max(abs(right), abs(left), 1)), 1.0)
+    expected = pytest.approx((right * STEP * share, left * STEP * share), abs=1e-9)
+    assert bench.node.target == expected and max(map(abs, bench.node.target)) <= limit
+    bench.run(0.01, Joystick(y=900, right=right * STEP, left=left * STEP))
+    assert bench.node.mode == 1 and bench.node.target == expected
 
 
 def test_frames_and_their_rates():

@@ -1,7 +1,8 @@
 """`rosrun sara_bringup check_config [NAME|FOLDER ...]`: the usual mistakes in a robot's folder of numbers, in words,
 without running anything; without arguments, of every robot there is.
 
-One line for each finding. The status is 1 where something is wrong, else 0.
+One line for each finding, and for what is only worth knowing (`note`). The status is 1 where something is wrong, else
+0.
 """
 
 from __future__ import annotations
@@ -75,10 +76,13 @@ def main(words: list[str] | None = None) -> None:
     )
     bad = False
     for name in parser.parse_args(words).platforms or folders():
+        notes = []
         try:
-            found = list(findings(load(name)))
+            platform = load(name)
+            found = list(findings(platform))
+            notes = [f'note: {remark}' for remark in speed_check.remarks(platform)]
         except ConfigError as error:
             found = list(error.faults)
         bad = bad or bool(found)
-        print('\n'.join(f'{name}: {sentence}' for sentence in found) if found else f'{name}: nothing to mend was found')
+        print('\n'.join(f'{name}: {sentence}' for sentence in [*(found or ['nothing to mend was found']), *notes]))
     sys.exit(1 if bad else 0)

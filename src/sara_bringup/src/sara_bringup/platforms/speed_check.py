@@ -15,11 +15,10 @@ TWICE = 1.03  # of both factors for slip in turns: more than what a calibration 
 
 def findings(platform: Platform) -> Iterator[str]:
     """A sentence for each contradiction; nothing where the gate's parameters cannot be read, which others report."""
-    try:
-        safety = SafetyConfig.from_params(parameters('sara_control', 'safety.yaml', platform))
-        fastest, change = (float(platform.motor_node[name]) for name in ('max_wheel_speed', 'wheel_acceleration'))
-    except (ConfigError, KeyError, TypeError, ValueError):
+    known = _known(platform)
+    if known is None:
         return
+    safety, fastest, change = known
     yield from _profiles(platform, safety, fastest)
     for where, limit in (
         ('read/max_wheel_speed', platform.parameters('read').get('max_wheel_speed', 0.0)),
@@ -30,6 +29,39 @@ def findings(platform: Platform) -> Iterator[str]:
     yield from _braking(platform, safety, change)
     yield from _command(platform, fastest)
     yield from _slip(platform, safety)
+
+
+def remarks(platform: Platform) -> Iterator[str]:
+    """A sentence for each profile whose curves are driven slower than it allows. That is no mistake: the motor node
+    slows both wheels alike, so that the robot stays on its curve.
+    """
+    known, radius = _known(platform), platform.wheels.radius
+    if known is None or radius <= 0.0:
+        return
+    safety, fastest, _ = known
+    for name, own in safety.profiles.items():
+        profile = own.commanded(safety.turn_slip)
+        # Speed and the outer wheel's share of the sharpest turn add up to most where one of them is as fast as allowed.
+        full = profile.max_forward
+        wheel, v, w = max(
+            ((v + 0.5 * platform.wheels.separation * w) / radius, v, w)
+            for v in (full, min(full, profile.max_lateral / profile.max_turn))
+            for w in (min(profile.max_turn, profile.max_lateral / v),)
+        )
+        if SLACK * wheel > fastest:
+            yield (
+                f'profile {name} allows curves that ask for {wheel:.1f} rad/s of the outer wheel ({v:.2g} m/s, '
+                f'commanded {w:.2g} rad/s), platform/motor_node/max_wheel_speed is {fastest:g}: those are driven slower'
+            )
+
+
+def _known(platform):
+    """The gate's SafetyConfig, rad/s and rad/s2 of the wheels; None where one of them cannot be read."""
+    try:
+        safety = SafetyConfig.from_params(parameters('sara_control', 'safety.yaml', platform))
+        return safety, *(float(platform.motor_node[name]) for name in ('max_wheel_speed', 'wheel_acceleration'))
+    except (ConfigError, KeyError, TypeError, ValueError):
+        return None
 
 
 def _profiles(platform, safety, fastest):

@@ -171,9 +171,11 @@ class MotorNode:
         elif self.mode == OFF:
             self.mode = MANUAL
 
-    def _limited(self, wheels: tuple[float, float]) -> tuple[float, ...]:
+    def _limited(self, wheels: tuple[float, float]) -> tuple[float, float]:
+        """Both wheels slowed alike, until the faster one keeps the limit: the chair stays on its curve."""
         (right, left), limit = wheels, self.config.max_wheel_speed
-        return min(max(right, -limit), limit), min(max(left, -limit), limit)
+        fastest = max(abs(right), abs(left), limit)
+        return limit * (right / fastest), limit * (left / fastest)
 
     def _on_silence(self) -> None:
         """The wheels stop until the next command; where the PC was to help, until it has asked for control anew."""
