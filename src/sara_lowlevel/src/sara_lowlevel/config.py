@@ -118,7 +118,8 @@ class SpeedLoopConfig(_Checked, OfPlatform):
     `ki`: per rad.
     `rest_speed`: below it the wheel stands. `max_speed`: above it a count is a glitch. `stall_output`, `stall_time`:
     this much output this long (s) without motion is a stall, `stall_integral`: what the integral may reach until then.
-    `reversed_output`, `reversed_time`: the same for motion against the output.
+    `reversed_output`, `reversed_time`: the same for motion against the output. `unreadable_time`: s of nothing but
+    glitches.
     """
 
     steps_per_turn: int = 0
@@ -134,6 +135,7 @@ class SpeedLoopConfig(_Checked, OfPlatform):
     stall_integral: float = 0.2
     reversed_output: float = 0.1
     reversed_time: float = 0.25
+    unreadable_time: float = 0.3
 
     @classmethod
     def known_of(cls, platform: Platform) -> dict[str, Any]:

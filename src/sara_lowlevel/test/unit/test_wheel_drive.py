@@ -229,3 +229,37 @@ def test_to_stop_needs_no_count_that_is_believed(target, allowed):
     assert driven > 0.2
     assert loop.update(count + 10**6, 1.0, 5.0) == driven and loop.glitches == 1  # one is left out, and drives on
     assert loop.update(count, 1.01, target, allowed) == 0.0 and loop.glitches == 2
+
+
+@pytest.mark.parametrize('side, channel', [('right', 0), ('left', 1)])
+def test_counts_of_which_none_can_be_true_stop_both_wheels(side, channel):
+    """Noise on an encoder's line: the speed of before was held for ever, whatever was asked then."""
+    bench = Bench().run(0.3).run(2.0, (4.0, 4.0))
+    counts, noise, said = bench.fake.counts, [0], [0]
+
+    def noisy(which):
+        said[0] += which == channel
+        return counts(which) + (noise[0] if which == channel and said[0] % 2 else 0)
+
+    bench.fake.counts, noise[0] = noisy, 40000
+    bench.run(0.2, (4.0, 4.0))
+    assert bench.drive.fault == '' and min(bench.fake.power) > 0.3, 'single ones are left out'
+    bench.run(0.3, (0.5, 0.5))
+    assert bench.drive.fault == f'the {side} wheel is unreadable' and bench.fake.power == [0.0, 0.0]
+    bench.run(1.0, (0.5, 0.5)).run(0.3).run(0.3, (0.5, 0.5))
+    assert bench.fake.power == [0.0, 0.0], 'it stands as long as the noise goes on'
+    assert bench.drive.counts == {f'the {side} wheel is unreadable': 1}
+    noise[0] = 0
+    bench.run(0.3, (2.0, 2.0))
+    assert bench.fake.power == [0.0, 0.0], 'and until the target has been zero'
+    bench.run(0.2).run(2.0, (2.0, 2.0))
+    assert bench.drive.fault == '' and bench.fake.speeds == pytest.approx((2.0, 2.0), abs=0.1)
+
+
+def test_a_count_that_is_believed_now_and_then_is_enough():
+    loop, driven = SpeedLoop(SpeedLoopConfig.of(steps_per_turn=64000)), 0.0
+    for tick in range(200):
+        good = round(4.0 / math.tau * 64000 * 0.06) * tick
+        driven = loop.update(good + (10**6 if tick % 4 == 3 else 0), 0.06 * tick, 4.0)
+        assert loop.fault == ''
+    assert loop.glitches > 90 and driven != 0.0

@@ -9,9 +9,10 @@ of the configuration: so the integral gathers what the motor does differently, n
 goes no further into a limit than it takes to reach it (clamping; Astrom and Hagglund, "PID Controllers", 3.5). A target
 of zero brakes with kp alone and then lets go.
 
-Two faults cut the output until the target has been zero: `stalled`, output and no motion (a blocked wheel, a dead
-motor, an encoder that is not plugged in), and `reversed`, motion against the output that does not fade (a motor or
-encoder wired the wrong way round: the loop would run away).
+Three faults cut the output until the target has been zero: `stalled`, output and no motion (a blocked wheel, a dead
+motor, an encoder that is not plugged in), `reversed`, motion against the output that does not fade (a motor or encoder
+wired the wrong way round: the loop would run away), and `unreadable`, nothing but counts that no wheel can have made (a
+disturbed encoder line: the output would stay as it was).
 """
 
 from __future__ import annotations
@@ -24,8 +25,8 @@ _UINT32 = 1 << 32
 
 
 class SpeedLoop:
-    """`speed`: rad/s, as last measured. `output`: -1..1. `fault`: '', 'stalled' or 'reversed'. `glitches`: counts no
-    wheel can have made.
+    """`speed`: rad/s, as last measured. `output`: -1..1. `fault`: '', 'stalled', 'reversed' or 'unreadable'.
+    `glitches`: counts no wheel can have made.
     """
 
     def __init__(self, config: SpeedLoopConfig) -> None:
@@ -36,6 +37,7 @@ class SpeedLoop:
         self._count: tuple[int, float] | None = None
         self._reference = self._model = self._integral = 0.0
         self._suspect = {'stalled': 0.0, 'reversed': 0.0}
+        self._unreadable = 0.0  # s since a count was believed
 
     def reset(self) -> None:
         """Let go and forget what was measured; a fault stays."""
@@ -59,9 +61,13 @@ class SpeedLoop:
         speed = 2.0 * pi * moved / self.config.steps_per_turn / dt
         if abs(speed) > self.config.max_speed:
             self.glitches += 1
-            if target == 0.0 or not allowed:  # to stop needs no count that is believed
+            self._unreadable += dt
+            if self._unreadable >= self.config.unreadable_time:
+                self.fault = self.fault or 'unreadable'
+            if self.fault or target == 0.0 or not allowed:  # to stop needs no count that is believed
                 self._release()
             return self.output
+        self._unreadable = 0.0
         growing = abs(speed) > 0.9 * abs(self.speed)
         self.speed = speed
         self._watch(dt, growing)
