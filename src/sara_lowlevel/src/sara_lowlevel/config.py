@@ -49,7 +49,8 @@ class MotorConfig(_Checked, OfPlatform):
     `wheel_acceleration`: rad/s2, the most that the PC changes a wheel's speed by: safety_gate's hard braking, 1.5 m/s2
     and 3 rad/s2, at the rim, (1.5 + 3 x separation / 2) / radius. `release_time`: within it a PC that helps follows a
     stick that was let go or drawn back: its most careful rider's braking, after speeding up, takes 2.6. `notice_time`:
-    for so long a stick is pushed in vain before it drives without help.
+    for so long a stick is pushed in vain before it drives without help. `joystick_max`: of an axis; a frame with more
+    is damaged.
     """
 
     encoder_period: float = 0.1
@@ -63,6 +64,7 @@ class MotorConfig(_Checked, OfPlatform):
     notice_time: float = 1.0
     max_wheel_speed: float = 0.0
     joystick_centre: int = 512
+    joystick_max: int = 1023
     joystick_dead_band: int = 40
 
     @classmethod

@@ -1,5 +1,7 @@
 """Who may drive, for how long, and what the encoders say."""
 
+from pathlib import Path
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -205,6 +207,42 @@ def test_at_the_limit_it_stays_on_its_curve_whoever_drives(right, left, limit):
     assert bench.node.target == expected and max(map(abs, bench.node.target)) <= limit
     bench.run(0.01, Joystick(y=900, right=right * STEP, left=left * STEP))
     assert bench.node.mode == 1 and bench.node.target == expected
+
+
+def stick_frame(**other):
+    """A JOYSTICK frame: fully ahead, by hand."""
+    values = {'velD': 3.0, 'velI': 3.0, 'joyx': 512, 'joyy': 1023, 'modo': 1}
+    return BUS.encode('JOYSTICK', **{**values, **other})
+
+
+@given(
+    st.fixed_dictionaries(
+        {}, optional={name: st.integers(1024, 65535) for name in ('joyx', 'joyy')} | {'modo': st.sampled_from((2, 9))}
+    ).filter(bool)
+)
+def test_a_joystick_frame_that_cannot_be_is_as_none(wrong):
+    frame = stick_frame(**wrong)
+    bench = Bench().in_control().run(0.1, frame=command(2, 2, 'C'))
+    before = bench.node.target
+    bench.node.receive(frame, bench.t)
+    bench.run(0.05, None)
+    assert bench.node.mode == 3 and bench.node.target == before and bench.node.counts['damaged joystick'] == 1
+    bench.run(0.1, frame=command(2, 2, 'C'))
+    for _ in range(60):
+        bench.node.receive(frame, bench.t)
+        bench.run(0.01, None, command(2, 2, 'C'))
+    assert bench.node.mode == 1 and bench.node.target == STANDS, 'and keeps no joystick alive'
+
+
+def test_a_joystick_frame_with_bits_that_no_signal_uses_is_as_none(tmp_path):
+    text = Path(BUS.path).read_text()
+    short = tmp_path / 'short.dbc'
+    short.write_text(text.replace('SG_ modo : 32|16@1+', 'SG_ modo : 32|8@1+'))
+    node = MotorNode(BusDescription(short))
+    node.receive(stick_frame(modo=1), 0.0)
+    assert node.counts == {}
+    node.receive(stick_frame(modo=257), 0.1)
+    assert node.counts == {'damaged joystick': 1}
 
 
 def test_frames_and_their_rates():

@@ -12,7 +12,7 @@ from collections import Counter
 from dataclasses import dataclass
 
 from canserial.dbc.bus import BusDescription, BusError
-from canserial.dbc.modes import ASSISTED, DRIVE, HELP, MANUAL, OFF, PC, PC_DRIVES, STOP, has_assisted
+from canserial.dbc.modes import ASSISTED, DRIVE, HELP, MANUAL, OFF, PC, PC_DRIVES, STOP, has_assisted, modes_of
 from canserial.frame import Frame
 from sara_lowlevel.config import MotorConfig
 from sara_lowlevel.motor.assistance import Assistance, Stick
@@ -46,7 +46,7 @@ class MotorNode:
         self.mode = MANUAL
         self.target = (0.0, 0.0)
         self.counts: Counter = Counter()
-        self._bus = bus
+        self._bus, self._modes = bus, modes_of(bus)
         self._joystick: Joystick | None = None
         self._joystick_time = 0.0
         self._command = (0.0, 0.0)
@@ -70,16 +70,17 @@ class MotorNode:
             self.counts[type(error).__name__] += 1
             return
         if name == 'WHEEL_COMMAND':
-            # What no signal uses is always zero.
-            if self._bus.encode(name, **values).data == frame.data:
+            if self._is_whole(frame, name, values):
                 self._on_command(values, t)
             else:
                 self._damaged('damaged command', t)
         elif name == 'JOYSTICK':
-            self._on_joystick(
-                Joystick(int(values['joyx']), int(values['joyy']), int(values['modo']), values['velD'], values['velI']),
-                t,
-            )
+            x, y, mode = (int(values[signal]) for signal in ('joyx', 'joyy', 'modo'))
+            highest = self.config.joystick_max
+            if self._is_whole(frame, name, values) and 0 <= x <= highest and 0 <= y <= highest and mode in self._modes:
+                self._on_joystick(Joystick(x, y, mode, values['velD'], values['velI']), t)
+            else:
+                self.counts['damaged joystick'] += 1
 
     def update(
         self,
@@ -151,6 +152,10 @@ class MotorNode:
             self.mode = ASSISTED if helps else PC
             if helps:
                 self._assistance.begin()
+
+    def _is_whole(self, frame: Frame, name: str, values: dict) -> bool:
+        """Whether the bits that no signal uses are zero, as they always are."""
+        return self._bus.encode(name, **values).data == frame.data
 
     def _damaged(self, what: str, t: float) -> None:
         self.counts[what] += 1
