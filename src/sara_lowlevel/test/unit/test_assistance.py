@@ -141,7 +141,7 @@ def test_the_switch_turned_stops_it_at_once_and_the_stick_drives_when_it_was_let
 
 
 def test_the_switch_turned_while_the_stick_drives_stops_it_too():
-    bench = Bench().run(0.5, AHEAD)
+    bench = Bench().run(0.1, CENTRE).run(0.5, AHEAD)
     assert bench.node.target != REST
     bench.run(3.0, helped(AHEAD), command(0, 0, 'H'))
     assert bench.node.target == REST and bench.node.mode == 0

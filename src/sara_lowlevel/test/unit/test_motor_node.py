@@ -1,5 +1,6 @@
 """Who may drive, for how long, and what the encoders say."""
 
+import dataclasses
 from pathlib import Path
 
 import pytest
@@ -174,6 +175,47 @@ def test_a_joystick_that_was_moved_leaves_nothing_to_go_on_from():
     bench = moving(3.0, 3.0).run(0.02, Joystick(y=900)).run(0.02, frame=command(0, 0, 'A'))
     assert bench.node.mode == 3
     assert talk(bench, command(3, 3, 'C')).node.target == (0.0, 0.0)
+
+
+HELD = Joystick(y=1023, right=3.0, left=3.0)
+
+
+@pytest.mark.parametrize(
+    'before',
+    [
+        lambda bench: bench,
+        lambda bench: bench.run(0.1).run(1.0, HELD).run(0.6, None),
+        lambda bench: bench.run(0.1).run(1.0, HELD).run(0.1, dataclasses.replace(HELD, mode=0)),
+        lambda bench: bench.run(0.1).run(0.1, Joystick(mode=0)),
+    ],
+    ids=['power-up', 'silence', 'off', 'centred while off'],
+)
+def test_a_stick_that_is_held_drives_only_once_it_was_let_go(before):
+    bench = before(Bench()).run(2.0, HELD)
+    assert bench.node.mode == 1 and bench.node.target == STANDS
+    assert bench.run(0.01).run(0.01, HELD).node.target == (3.0, 3.0)
+
+
+def test_a_silence_that_the_loop_slept_through_is_one_too():
+    node = MotorNode(BUS)
+    node.receive(stick_frame(joyy=512), 0.0)
+    node.receive(stick_frame(), 0.1)
+    node.update(0.1, 0, 0)
+    assert node.target != STANDS
+    node.receive(stick_frame(), 3.0)
+    node.update(3.0, 0, 0)
+    assert node.target == STANDS
+
+
+@given(st.lists(st.integers(1, 5), min_size=1, max_size=20))
+def test_frames_that_are_lost_let_a_held_stick_drive_on(gaps):
+    node, t = MotorNode(BUS), 0.0
+    node.receive(stick_frame(joyy=512), t)
+    for lost in gaps:
+        t += 0.1 * lost
+        node.receive(stick_frame(), t)
+        node.update(t, 0, 0)
+        assert node.target != STANDS
 
 
 def test_without_a_joystick_nobody_drives():

@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from canserial.dbc.modes import MANUAL
 from canserial.frame import Frame
 from sara_common.planar import Pose2D
 from sara_common.platforms import Platform, chosen
@@ -124,6 +125,9 @@ class SimulatedChair:
         self._seed, self._identifier_of = seed, bus.id_of
         if not power_up:
             self._come_up()
+            # A stick at rest: one that was held since the switch-on would not drive.
+            centred = bus.encode('JOYSTICK', velD=0.0, velI=0.0, joyx=512, modo=MANUAL, joyy=512)
+            self.motor.receive(centred, 0.0)
 
     def _come_up(self) -> None:
         """What happened since the switch-on, at rest: nobody listened yet."""

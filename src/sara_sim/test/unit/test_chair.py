@@ -126,6 +126,19 @@ def test_grabbing_the_joystick_wins():
     assert chair.motor.mode == 3
 
 
+def test_a_stick_moves_it_at_once_but_not_one_that_was_held_at_the_switch_on():
+    for power_up in (False, True):
+        chair = SimulatedChair(World.empty(), 4, bus=BUS, power_up=power_up)
+        chair.joystick = (512, 1000)
+        drive(chair, 0.0, 0.0, 1.0)
+        assert (chair.velocity[0] > 0.2) != power_up
+        chair.joystick = (512, 512)
+        drive(chair, 0.0, 0.0, 1.0)
+        chair.joystick = (512, 1000)
+        drive(chair, 0.0, 0.0, 1.0)
+        assert chair.velocity[0] > 0.2
+
+
 def test_a_wall_stops_it_and_is_counted_once():
     occupied = np.zeros((100, 200), bool)
     occupied[:, 80:] = True  # from x = 4.0

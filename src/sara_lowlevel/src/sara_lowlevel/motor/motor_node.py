@@ -49,6 +49,7 @@ class MotorNode:
         self._bus, self._modes = bus, modes_of(bus)
         self._joystick: Joystick | None = None
         self._joystick_time = 0.0
+        self._let_go = False  # whether it was centred since the start, its last silence and the switch's last OFF
         self._command = (0.0, 0.0)
         self._command_time: float | None = None
         resolution = bus.resolution('WHEEL_COMMAND', 'right')
@@ -162,6 +163,8 @@ class MotorNode:
         self._guard.damaged(t)
 
     def _on_joystick(self, joystick: Joystick, t: float) -> None:
+        known = self._let_go and self._joystick_fresh(t)
+        self._let_go = joystick.mode != OFF and (known or self._centred(joystick))
         self._joystick, self._joystick_time = joystick, t
         # The user always wins, and at once: not only at the next turn of the loop.
         ruled = None if self._assistance is None else self._assistance.on_stick(t, self.mode, self._stick(joystick))
@@ -226,7 +229,7 @@ class MotorNode:
             if silent:
                 self._on_silence()
             self.target = self._command
-        elif self.mode == MANUAL and not self._centred(self._joystick):
+        elif self.mode == MANUAL and self._let_go and not self._centred(self._joystick):
             self.target = self._limited((self._joystick.right, self._joystick.left))
         else:
             self.target = (0.0, 0.0)
