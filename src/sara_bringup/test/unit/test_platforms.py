@@ -60,6 +60,8 @@ def broken(tmp_path, file, old, new):
         (LINES, '    motor_lag: 0.08', '    motor_leg: 0.08',
          'the simulator refuses it: platform/simulated/motor_lag is missing'),
         (LINES, 'max_forward: 3.6, ', '', 'joystick_node refuses it: max_forward is 0.0'),
+        (LINES, 'max_forward: 3.6, max_turn: 1.6', 'max_forward: 9.0, max_turn: 4.5',
+         'joystick_node refuses it: max_forward and max_turn are 9 and 4.5 rad/s, allowed are 13.37 together'),
         (LINES, '  dbc: kate                       #',
          '  dbc: kiti                       #', "the bus: bus description is 'kiti'"),
         ('kate.dbc', 'BO_ 562 RANGES_2', 'BO_ 561 RANGES_2', '0x231 is RANGES_1 and RANGES_2'),

@@ -248,6 +248,11 @@ def test_the_stick_counts_only_while_its_button_is_held():
             ['--serial', '/dev/null', '--can', 'udp_multicast:239.74.163.2', '--max-speed', '-1'],
             'max_wheel_speed',
         ),
+        (
+            'joystick',
+            ['--device', '/dev/null', '--can', 'udp_multicast:239.74.163.2', '--max-forward', '10', '--max-turn', '5'],
+            'max_forward and max_turn are 10 and 5 rad/s',
+        ),
         ('joystick', ['--device', '/dev/input/js99', '--can', 'udp_multicast:239.74.163.2'], '/dev/input/js99'),
     ],
 )

@@ -1,9 +1,14 @@
 """The joystick's axes become wheel commands: nothing at the centre, symmetric, no jump at the dead band's edge."""
 
+import itertools
+
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from canserial.dbc.bus import BusDescription
+from sara_common.config import ConfigError
+from sara_lowlevel.config import JoystickConfig
 from sara_lowlevel.joystick.joystick_node import JoystickNode
 
 BUS = BusDescription.default()
@@ -31,6 +36,19 @@ def test_forward_and_right():
     assert forward['velD'] == forward['velI'] > 2.5
     assert right['velD'] < 0 < right['velI']
     assert said(512, 1023, on=False)['modo'] == 0 and said(512, 1023, on=False)['velD'] == 0
+
+
+@pytest.mark.parametrize('forward, turn, fits', [(9.0, 4.3, True), (3.0, 10.36, True), (10.0, 5.0, False)])
+def test_what_the_frame_cannot_hold_is_refused_at_the_start_not_in_a_corner_of_the_stick(forward, turn, fits):
+    config = JoystickConfig.of(max_forward=forward, max_turn=turn)
+    if not fits:
+        with pytest.raises(ConfigError, match='10 and 5 rad/s, allowed are 13.37 together'):
+            JoystickNode(BUS, config)
+        return
+    for x, y in itertools.product((0, 1023), repeat=2):
+        (frame,) = JoystickNode(BUS, config).update(0.0, x, y)
+        values = BUS.decode(frame)[1]
+        assert max(abs(values['velD']), abs(values['velI'])) == pytest.approx(forward + turn, abs=0.08)
 
 
 def test_tells_a_change_at_once_and_otherwise_every_100_ms():

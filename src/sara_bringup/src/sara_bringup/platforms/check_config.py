@@ -21,6 +21,7 @@ from sara_control.gate.gate_config import SafetyConfig
 from sara_control.wheels.config import ControllerConfig
 from sara_localization.ranges.range_config import RangeConfig
 from sara_lowlevel.config import JoystickConfig, MotorConfig, SensorConfig, SpeedLoopConfig
+from sara_lowlevel.joystick.joystick_node import JoystickNode
 from sara_nav.config.parameters import Parameters
 from sara_nav.move_base.settings import read_settings
 from sara_sim.config import ChairConfig
@@ -39,7 +40,7 @@ NODES: dict[str, Callable[[Platform], object]] = {
     'sensor_node': SensorConfig.of,
     'motor_node': MotorConfig.of,
     "motor_node's speed loop": SpeedLoopConfig.of,
-    'joystick_node': JoystickConfig.of,
+    'joystick_node': lambda p: JoystickNode(config=JoystickConfig.of(p), bus=BusDescription.of(p)),
     'the simulator': ChairConfig.of,
 }
 """Who is told what: each refuses what it cannot use."""
@@ -62,6 +63,8 @@ def _refused(platform):
     for node, read in NODES.items():
         try:
             read(platform)
+        except BusError:
+            pass  # of which `findings` tells
         except ConfigError as error:
             yield from (f'{node} refuses it: {fault}' for fault in error.faults)
         except (KeyError, TypeError) as error:

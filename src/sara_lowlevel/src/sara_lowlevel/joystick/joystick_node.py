@@ -5,6 +5,7 @@ from __future__ import annotations
 from canserial.dbc.bus import BusDescription, BusError
 from canserial.dbc.modes import ASSISTED, MANUAL, OFF, PC
 from canserial.frame import Frame
+from sara_common.config import ConfigError
 from sara_lowlevel.config import JoystickConfig
 from sara_lowlevel.schedule import Every
 
@@ -13,8 +14,16 @@ class JoystickNode:
     """Sends its state every period, and at once when it changes."""
 
     def __init__(self, bus: BusDescription, config: JoystickConfig | None = None) -> None:
-        """`bus`: canserial.dbc.bus.BusDescription. `config`: without it, of the chosen platform."""
+        """`bus`: canserial.dbc.bus.BusDescription. `config`: without it, of the chosen platform. Raises ConfigError
+        where the frame cannot hold what the stick asks in its corners.
+        """
         self.config = config = config or JoystickConfig.of()
+        most = 127 * bus.resolution('JOYSTICK', 'velD')
+        if config.max_forward + config.max_turn > most:
+            raise ConfigError(
+                f'max_forward and max_turn are {config.max_forward:g} and {config.max_turn:g} rad/s, allowed are '
+                f'{most:.2f} together: the frame JOYSTICK holds no more'
+            )
         self._bus = bus
         self._turn = Every(config.period)
         self._pc_drives = False
