@@ -14,6 +14,7 @@ import signal
 import sys
 import time
 from collections.abc import Callable, Iterable
+from contextlib import suppress
 
 from canserial.adapter.adapter import Adapter, AdapterConfig
 from canserial.adapter.link import Link
@@ -127,7 +128,7 @@ class Runner:
 
     def say(self, text: str) -> None:
         """A line on stderr, above the status line."""
-        print(('\r\033[K' if self._terminal else '') + f'{self.name}: {text}', file=sys.stderr, flush=True)
+        self._print(('\r\033[K' if self._terminal else '') + f'{self.name}: {text}\n')
 
     def stop(self, *_) -> None:
         """End the loop after this turn (a signal handler too)."""
@@ -206,9 +207,14 @@ class Runner:
             self._failed = True
             self._stopping = True
 
+    def _print(self, text: str) -> None:
+        """On stderr. A full disk or a pipe that nobody reads any more ends the log, not the node."""
+        with suppress(OSError):
+            print(text, end='', file=sys.stderr, flush=True)
+
     def _show(self) -> None:
         if self._terminal:
-            print(f'\r\033[K{self.name}: {self._time():.0f} s, {self.summary()}', end='', file=sys.stderr, flush=True)
+            self._print(f'\r\033[K{self.name}: {self._time():.0f} s, {self.summary()}')
             return
         # In a log: what is new, not what only counts on.
         kind = re.sub(r'\d+', '#', self._status())

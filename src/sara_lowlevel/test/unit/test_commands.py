@@ -2,6 +2,7 @@
 what to do.
 """
 
+import io
 import itertools
 import os
 import pty
@@ -341,6 +342,35 @@ def test_whatever_ends_the_loop_the_end_is_called_first():
     with pytest.raises(RuntimeError):
         node.run()
     assert ended == [True]
+
+
+class BrokenLog(io.StringIO):
+    """stderr on a full disk, or a pipe that nobody reads any more."""
+
+    def __init__(self, error, terminal):
+        super().__init__()
+        self.error, self.isatty, self.tried = error, lambda: terminal, 0
+
+    def flush(self):
+        self.tried += 1
+        raise self.error
+
+
+@pytest.mark.parametrize('terminal', [False, True])
+@pytest.mark.parametrize('error', [OSError(28, 'No space left on device'), BrokenPipeError(32, 'Broken pipe')])
+def test_a_log_that_cannot_be_written_does_not_end_the_node(error, terminal, monkeypatch):
+    turns = []
+
+    def step(t, heard):
+        turns.append(t)
+        if len(turns) == 300:
+            node.stop()
+        return []
+
+    log = BrokenLog(error, terminal)
+    monkeypatch.setattr(sys, 'stderr', log)
+    node, _ = runner(step)
+    assert node.run() == 0 and len(turns) == 300 and log.tried >= 2
 
 
 def test_adapters_by_name():
