@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from canserial.dbc.bus import BusDescription
 from sara_common.config import ConfigError
-from sara_lowlevel.config import SensorConfig
+from sara_lowlevel.config import FAST_IMU, SLOW_IMU, SensorConfig
 from sara_lowlevel.schedule import SLOTS, frame_slots
 from sara_lowlevel.sensor.sensor_node import SensorNode
 
@@ -220,11 +220,27 @@ def test_an_imu_on_its_side_is_not_calibrated_away():
     assert bench.node.state == 'calibrating' and 'refused' in bench.node.reason and bench.imu_ticks() == []
 
 
-def test_an_impact_is_told_once():
-    bench = Bench().run(205)
+@pytest.mark.parametrize('period', [FAST_IMU, SLOW_IMU])
+def test_an_impact_is_told_in_three_frames_for_one_may_get_lost(period):
+    bench = Bench(SensorConfig.of(calibrate=False, imu_period=period)).run(205)
     bench.mpu.impact = True
     start = len(bench.said('IMPACT_GYRO'))
-    assert [values['alarma'] for values in bench.run(60).said('IMPACT_GYRO')[start:]] == [1, 0, 0]
+    assert [values['alarma'] for values in bench.run(100).said('IMPACT_GYRO')[start:]][:5] == [1, 1, 1, 0, 0]
+
+
+def test_an_impact_is_not_told_anew_when_the_imu_was_away_after_it():
+    bench = Bench(slow(calibrate=False, **QUICK)).run(205)
+    bench.mpu.impact = True
+    bench.run(20)
+    bench.node.recalibrate()
+    assert sum(values['alarma'] for values in bench.until_running().run(200).said('IMPACT_GYRO')) == 1
+
+
+def test_impacts_that_go_on_are_told_until_two_frames_after_the_last():
+    bench = Bench().run(205)
+    start = len(bench.said('IMPACT_GYRO'))
+    bench.run(60, lambda k: setattr(bench.mpu, 'impact', True)).mpu.impact = False
+    assert [values['alarma'] for values in bench.run(100).said('IMPACT_GYRO')[start:]] == [1, 1, 1, 1, 1, 0, 0, 0]
 
 
 def test_a_blow_that_shakes_a_plug_is_told_once_the_chip_answers_again():
@@ -233,7 +249,7 @@ def test_a_blow_that_shakes_a_plug_is_told_once_the_chip_answers_again():
     start = len(bench.said('IMPACT_GYRO'))
     bench.run(100)
     assert bench.node.counts['I2C errors'] == 1
-    assert sum(values['alarma'] for values in bench.said('IMPACT_GYRO')[start:]) == 1
+    assert sum(values['alarma'] for values in bench.said('IMPACT_GYRO')[start:]) == 3
 
 
 def test_yaw_beyond_16_bits_goes_round_and_tilt_stays_at_its_limit():

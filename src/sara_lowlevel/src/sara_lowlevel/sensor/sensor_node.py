@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections import Counter, deque
 from functools import partial
-from math import radians
+from math import inf, radians
 
 from canserial.dbc.bus import BusDescription
 from canserial.frame import Frame
@@ -37,6 +37,8 @@ _ANGLE_SPAN_DEG, _ANGLE_LIMIT_DEG = 65.536, 32.767
 _DPS, _RPS = 1.0 / GYRO_COUNTS_PER_DPS, radians(1.0 / GYRO_COUNTS_PER_DPS)
 # A gap longer than this is not bridged by the last rate: the filters take their tilt from gravity anew.
 _LONGEST_STEP_S = 0.1
+# An impact is told in so many frames in a row: one of them may get lost.
+_IMPACT_FRAMES = 3
 
 
 class SensorNode:
@@ -67,6 +69,7 @@ class SensorNode:
         self._outbox: deque[Frame] = deque()
         self._ranged = False
         self._sampled: float | None = None
+        self._impact_at = -inf
         self._accel = (0, 0, 0)
         self._forget()
 
@@ -194,7 +197,7 @@ class SensorNode:
         return self._bus.encode('RANGE_ACCEL', **self._ranges('RANGE_ACCEL'), az=az, ay=ay, ax=ax)
 
     def _impact_gyro(self, t: float) -> Frame | None:
-        """Closes the IMU period: the mean of its rates, and whether there was an impact in it."""
+        """Closes the IMU period: the mean of its rates, and whether there was an impact in it or just before."""
         if self._states.state != RUNNING:
             return None
         sums, count, whole = self._sums, self._count, self._whole
@@ -207,9 +210,12 @@ class SensorNode:
         impact = self._states.impact(t) if self._states.awake(t) else None
         if impact is None:
             return None
+        if impact:
+            self._impact_at = t
+        told = t - self._impact_at < (_IMPACT_FRAMES - 0.5) * self.config.imu_period
         limit = self._limits['IMPACT_GYRO', 'gx']
         gx, gy, gz = (min(max(total * _DPS / count, -limit), limit) for total in sums)
-        return self._bus.encode('IMPACT_GYRO', alarma=int(impact), gz=gz, gy=gy, gx=gx)
+        return self._bus.encode('IMPACT_GYRO', alarma=int(told), gz=gz, gy=gy, gx=gx)
 
     # --- the IMU -----------------------------------------------------------------------------------------------------
 
