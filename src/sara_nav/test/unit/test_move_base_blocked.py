@@ -169,6 +169,24 @@ def test_a_robot_that_is_held_to_let_somebody_pass_is_not_stuck_until_they_have(
     robot.machine.excuse_standing()  # nobody drives
 
 
+def test_a_robot_that_waited_for_the_way_to_become_free_is_not_stuck_as_it_sets_off():
+    log = []
+    robot = Robot([Noted('one', log)], stuck_timeout=3.0)
+    robot.go(8.0, until=lambda _: robot.pose.x > 2.0)
+    x = robot.pose.x + 1.4
+    robot.put(x)
+    robot.go(8.0, until=lambda r: r.text and r.command == ZERO)
+    robot.go(5.0)
+    assert robot.results[-1].phase == 'controlling' and robot.command == ZERO
+    robot.put(x, value=0)
+    waited_at = robot.pose.x
+    robot.go(4.0)
+    assert log == [] and robot.pose.x > waited_at + 0.2
+    robot.held, began = True, robot.t
+    robot.go(10.0, until=lambda _: log)
+    assert 3.0 <= robot.t - began <= 3.2, 'one that is held is, all the same'
+
+
 def test_the_layers_of_both_costmaps_hear_that_somebody_passes_once_for_each_time():
     heard, robot = [], Robot([])
     pair = robot.machine.costmaps

@@ -61,8 +61,9 @@ class End(NamedTuple):
 
 
 def standing(goal: Goal, means: Means, text: str, plan: np.ndarray | None = None, stale: str = '') -> StepResult:
-    """Return the StepResult of a cycle in which the robot stands."""
+    """Return the StepResult of a cycle in which the robot is told to stand; what it stood before was not in vain."""
     means.local_planner.stop()
+    goal.excuse_standing()
     return StepResult(ZERO, ACTIVE, text, goal.phase, plan, _used(goal, plan), stale=stale)
 
 
