@@ -1,5 +1,7 @@
 #!/usr/bin/env python3
-"""go, patrol and teleop as a person at a terminal uses them: what they say, what the chair does, how they end."""
+"""go, patrol, square.py and teleop as a person at a terminal uses them: what they say, what the chair does, how they
+end.
+"""
 
 import math
 import os
@@ -105,7 +107,16 @@ class DrivingTest(unittest.TestCase):
         self.assertIn('cancelled: the chair stops', text)
         self.wait(lambda: self.speed() < 0.01, 'the chair stands')
 
-    def test_5_teleop(self):
+    def test_5_interrupting_the_square_stops_the_chair(self):
+        process = subprocess.Popen(['rosrun', 'sara_bringup', 'square.py'], stdout=subprocess.PIPE, text=True)
+        self.wait(lambda: self.speed() > 0.1, 'the chair moves')
+        process.send_signal(signal.SIGINT)
+        text, _ = process.communicate(timeout=PATIENCE_S)
+        self.assertEqual(process.returncode, 130, text)
+        self.assertNotIn('corner 2', text)
+        self.wait(lambda: self.speed() < 0.01, 'the chair stands')
+
+    def test_6_teleop(self):
         keyboard, terminal = pty.openpty()
         before = termios.tcgetattr(terminal)
         process = subprocess.Popen(

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import json
 import math
-import sys
 import threading
 from collections import deque
 from pathlib import Path
@@ -28,7 +27,7 @@ from sara_bringup.missions.report import table
 from sara_bringup.paths import config_file
 from sara_bringup.ros import goals
 from sara_common.planar import yaw_of
-from sara_common.ros.node import start_node
+from sara_common.ros.node import on_shutdown
 
 if TYPE_CHECKING:
     from sara_bringup.missions.mission import Mission
@@ -128,10 +127,19 @@ def _drive_to(client, pose, number, mission, recorder):
     return client.get_state() == GoalStatus.SUCCEEDED, client.get_goal_status_text()
 
 
+def _cancel(client):
+    """The node ends: the chair is not to drive on."""
+    client.cancel_goal()
+    rospy.rostime.wallsleep(0.1)  # the message is to get out
+
+
 def drive_mission(mission: Mission, drive: Drive) -> None:
-    """Drive `mission` and fill `drive`; waits by name for what is not there yet. An initialised node calls it."""
+    """Drive `mission` and fill `drive`; waits by name for what is not there yet. An initialised node calls it; the goal
+    under way is cancelled when that node is shut down.
+    """
     recorder = Recorder(drive)
     client = actionlib.SimpleActionClient('move_base', MoveBaseAction)
+    on_shutdown(lambda: _cancel(client))
     _wait('the IMU: its gyro is being calibrated, the chair must stand still', '/imu/data', Imu)
     _wait('the fused pose', '/odometry/filtered', Odometry)
     rospy.loginfo('waiting for move_base')
@@ -148,6 +156,8 @@ def drive_mission(mission: Mission, drive: Drive) -> None:
         )
         given = rospy.get_time()
         reached, text = _drive_to(client, pose, number, mission, recorder)
+        if rospy.is_shutdown():
+            break
         ended = rospy.get_time()
         rospy.sleep(SETTLE_S)
         recorder.corner(pose, reached, text, given, ended)
@@ -157,25 +167,27 @@ def drive_mission(mission: Mission, drive: Drive) -> None:
     recorder.stop()
 
 
-def main() -> None:
-    """Drive ~mission (a YAML file; default: the square), write ~result (JSON) if named; exit status 1 if a goal was
-    missed, 2 if there is no stack to drive with.
+def square() -> int:
+    """Drive ~mission (a YAML file; default: the square), write ~result (JSON) if named; returns the exit status, not 0
+    if a goal was missed. Raises Unavailable where there is no stack to drive with.
     """
-    try:
-        if not rosgraph.is_master_online():
-            goals.say('waiting for `roslaunch sara_bringup sara.launch`')
-        goals.wait_for_launch(
-            LAUNCH_S
-        )  # a node that begins before the launch has set /use_sim_time would keep to the wall clock
-    except goals.Unavailable as error:
-        print(f'square.py cannot start. {error}', file=sys.stderr, flush=True)
-        sys.exit(goals.WRONG)
-    start_node('square')
+    if not rosgraph.is_master_online():
+        goals.say('waiting for `roslaunch sara_bringup sara.launch`')
+    # a node that begins before the launch has set /use_sim_time would keep to the wall clock
+    goals.wait_for_launch(LAUNCH_S)
+    goals.begin('square')
     mission = load_mission(rospy.get_param('~mission', str(config_file('square.yaml'))))
     drive = Drive(mission.name, rospy.get_param('~seed', 0), mission.start, rospy.get_param('~ekf', 'default'))
     drive_mission(mission, drive)
+    if rospy.is_shutdown():
+        return goals.INTERRUPTED
     result = rospy.get_param('~result', '')
     if result:
         Path(result).write_text(json.dumps(drive.to_file_data()))
     print(table(drive), flush=True)
-    sys.exit(0 if all(corner.reached for corner in drive.corners) else 1)
+    return goals.REACHED if all(corner.reached for corner in drive.corners) else goals.MISSED
+
+
+def main() -> None:
+    """The command; exit status 0 all reached, 1 not all, 2 no stack to drive with, 130 interrupted."""
+    goals.run(square)
