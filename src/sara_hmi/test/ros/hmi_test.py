@@ -359,6 +359,23 @@ class HmiTest(unittest.TestCase):
 
         self.run_it(test)
 
+    def test_a_goal_of_which_move_base_says_nothing_any_more_is_cancelled_and_ends(self):
+        server = self.robot.server.action_server
+
+        async def test(page, _):
+            await page.send('go', pose=[0.0, 0.0, 1.0])
+            self.wait(self.robot.server.is_active, 'no goal comes')
+            server.status_timer.shutdown()
+            ended = await page.until('ended')
+            self.assertEqual(ended['key'], 'goal.aborted')
+            self.assertEqual(ended['values'], {'place': 'goal.unnamed', 'reason': 'why.no_navigation'})
+            self.wait(lambda: not self.robot.server.is_active(), 'it is not cancelled')
+
+        try:
+            self.run_it(test)
+        finally:
+            server.status_timer = rospy.Timer(rospy.Duration(0.2), server.publish_status_async)
+
     def test_places(self):
         async def test(page, _):
             await page.send('place', name='chair')

@@ -8,6 +8,7 @@ from collections.abc import Callable
 
 import actionlib
 import rospy
+from actionlib_msgs.msg import GoalStatusArray
 from geometry_msgs.msg import Quaternion
 from move_base_msgs.msg import MoveBaseAction, MoveBaseGoal
 
@@ -16,6 +17,8 @@ from sara_hmi.words import endings
 
 SERVER_S = 1.0
 """s that move_base is waited for."""
+SILENT_S = 5.0
+"""s of wall time without a word of move_base's status, which comes five times a second of the clock."""
 
 
 class Goals:
@@ -30,6 +33,11 @@ class Goals:
         self._client = actionlib.ActionClient('move_base', MoveBaseAction)
         self._handle: actionlib.ClientGoalHandle | None = None
         self._lock, self._driven, self._wanted = threading.Lock(), -float('inf'), None
+        self._sent, self._heard_at = 0, -float('inf')
+        rospy.Subscriber('move_base/status', GoalStatusArray, self._on_status, queue_size=1)
+
+    def _on_status(self, _message):
+        self._heard_at = time.monotonic()
 
     def drove(self, moves: bool) -> None:
         """The page has commanded the wheels just now; moves: to turn."""
@@ -53,12 +61,28 @@ class Goals:
             if self._handle is not None:
                 self._handle.cancel()
 
+    def end_if_unheard(self) -> None:
+        """Cancel the goal under way, and say that it has ended, where move_base has been silent for SILENT_S: nobody
+        would say so any more. To be called about once a second.
+        """
+        with self._lock:
+            handle = self._handle
+            if (
+                handle is None
+                or handle.get_comm_state() == actionlib.CommState.DONE
+                or time.monotonic() - self._heard_at < SILENT_S
+            ):
+                return
+            self._handle = None
+            handle.cancel()
+        self._on_end(self._sent, 'goal.aborted', 'why.no_navigation')
+
     def send(self, number: int, pose: tuple[float, float, float]) -> bool:
         """Send a goal (x, y, yaw; m, rad) once the page has not driven for settle_s, if it is wanted still. Waits; not
         for the server's thread. False: there is no move_base.
         """
         if not self._client.wait_for_server(rospy.Duration(SERVER_S)):
-            self._on_end(number, 'goal.rejected', 'error.no_navigation')
+            self._on_end(number, 'goal.rejected', 'why.no_navigation')
             return False
         while number == self._wanted and (rest := self._driven + self._settle_s - time.monotonic()) > 0.0:
             rospy.rostime.wallsleep(rest)
@@ -77,6 +101,7 @@ class Goals:
 
         with self._lock:
             if number == self._wanted:
+                self._sent, self._heard_at = number, time.monotonic()
                 self._handle = self._client.send_goal(goal, heard)
                 return True
         self._on_end(number, 'goal.cancelled', '')

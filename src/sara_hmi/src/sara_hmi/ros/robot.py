@@ -103,6 +103,7 @@ class RosRobot(RobotInputs):
             except queue.Empty:
                 work = self._look_for_parameters
             try:
+                self._goals.end_if_unheard()
                 work()
             except Exception as error:  # whatever it is: the orders behind it are carried out
                 rospy.logwarn('%s: %s', type(error).__name__, error)

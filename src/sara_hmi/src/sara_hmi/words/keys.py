@@ -43,6 +43,7 @@ WHYS = tuple(
         'not_finite',
         'transform',
         'gate',
+        'no_navigation',
         'unknown',
     )
 )
