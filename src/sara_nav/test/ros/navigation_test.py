@@ -167,6 +167,19 @@ class NavigationTest(unittest.TestCase):
         self.assertIn('The wheels are off.', self.client.get_goal_status_text())
         self.assert_stands()
 
+    def test_when_the_clock_is_set_back_the_goal_ends_and_the_next_one_is_driven_to(self):
+        self.start_driving()
+        self.robot.clock_back = 60
+        self.assertTrue(self.client.wait_for_result())
+        self.assertEqual(self.client.get_state(), GoalStatus.ABORTED)
+        self.assertIn('time went back', self.client.get_goal_status_text())
+        self.assert_stands()
+        said = []
+        subscriber = rospy.Subscriber('move_base/status', GoalStatusArray, said.append)
+        self.assertEqual(self.ask(stamped(self.robot.x + 0.5, 1.0, 0.0)), (GoalStatus.SUCCEEDED, 'Goal reached.'))
+        subscriber.unregister()
+        self.assertGreater(len(said), 5, 'its status goes on')
+
     def test_lost_localization_stops_and_aborts(self):
         self.start_driving()
         self.robot.silent = True

@@ -28,6 +28,11 @@ class GoalRequests:
         """Listen to clients."""
         self._server = actionlib.SimpleActionServer('move_base', MoveBaseAction, auto_start=False)
         self._server.start()
+        status = self._server.action_server
+        if status.status_timer is not None:  # actionlib's own ends when the clock is set back
+            status.status_timer.shutdown()
+            period = rospy.Duration(1.0 / status.status_frequency)
+            status.status_timer = rospy.Timer(period, status.publish_status_async, reset=True)
         self._goals = rospy.Publisher('move_base/goal', MoveBaseActionGoal, queue_size=1)
         self._simple_subscriber = rospy.Subscriber(
             'move_base_simple/goal', PoseStamped, self._on_simple_goal, queue_size=1, tcp_nodelay=True
@@ -47,6 +52,16 @@ class GoalRequests:
     def waiting(self) -> bool:
         """True when a goal has come that was not taken yet."""
         return self.listening and self._server.is_new_goal_available()
+
+    def time_went_back(self) -> None:
+        """The clock was set back: whatever came before it is older than what comes from now on. actionlib takes no goal
+        with a stamp before that of the last one, or of the last cancel.
+        """
+        server = self._server.action_server
+        with server.lock:
+            server.last_cancel = rospy.Time()
+            for tracker in server.status_list:
+                tracker.status.goal_id.stamp = rospy.Time()
 
     def take(self, t: float) -> None:
         """Take what clients have asked for by t (s): a goal, or that there be none."""

@@ -136,6 +136,7 @@ class MoveBaseNode:
         for shell in self.shells.values():
             shell.time_went_back()
         self.report.forget()
+        self.goals.time_went_back()
         with self.lock:
             self.machine.abort('Goal aborted: time went back.')
 

@@ -28,6 +28,7 @@ class FakeRobot:
         self.command = (0.0, 0.0)
         self.last_command = None
         self.turned = 0.0
+        self.clock_back = 0  # s by which the clock is to be set back
         self.silent = self.stopped = False  # stopped: it does not obey
         self.lock = threading.Lock()
         self.tf = tf2_ros.TransformBroadcaster()
@@ -49,6 +50,8 @@ class FakeRobot:
         due, ticks = time.monotonic(), 10000
         while not rospy.is_shutdown():
             self.wait_for_move_base(ticks / 100.0)
+            if self.clock_back:
+                ticks, self.clock_back = ticks - 100 * self.clock_back, 0
             now = rospy.Time(ticks // 100, ticks % 100 * 10**7)
             try:
                 self.clock.publish(now)
