@@ -262,6 +262,18 @@ class CostmapTest(unittest.TestCase):
             'an unknown frame is not counted',
             lambda: self.scan([1.0], 'nowhere', rospy.Time.now() - rospy.Duration(9.0)),
         )
+        empty = LaserScan(time_increment=1e-4, range_max=2.0)
+        empty.header.frame_id = 'laser'
+        self.out['/scan'].publish(empty)
+        before, far = self.count('bad_messages'), rospy.Time(2**31)
+        place = transform('map', 'swept', 2.0, 2.0, 0.0)
+        place.header.stamp = far
+        self.moving.sendTransform(place)
+        self.until(
+            lambda: self.count('bad_messages') > before,
+            'a stamp that tf2 cannot hold is not counted',
+            lambda: self.scan([1.0], stamp=far),
+        )
         self.until(lambda: self.count('ultrasonic/nan_ranges') > 0, 'NaN is not counted', lambda: self.range(math.nan))
         for wrong in (a_map(0.5), a_map(frame='odom'), OccupancyGrid()):
             before = self.count('bad_maps')

@@ -5,6 +5,9 @@ import tf2_ros
 from geometry_msgs.msg import TransformStamped
 from tf2_msgs.msg import TFMessage
 
+END_OF_TIME = 2**31
+"""s, from where on a stamp ends the process within tf2's Python module."""
+
 
 class TransformListener:
     """Fills a tf2 buffer from /tf and /tf_static, with tcp_nodelay, which tf2_ros's own listener cannot ask for."""
@@ -20,6 +23,11 @@ class TransformListener:
     def _add(self, msg, static):
         put = self.buffer.set_transform_static if static else self.buffer.set_transform
         for transform in msg.transforms:
+            if transform.header.stamp.secs >= END_OF_TIME:
+                rospy.logwarn_throttle(
+                    10.0, 'a transform with a stamp of %d s was dropped', transform.header.stamp.secs
+                )
+                continue
             try:
                 put(transform, 'default_authority')
                 self._parents[transform.child_frame_id.lstrip('/')] = transform.header.frame_id.lstrip('/')

@@ -122,6 +122,6 @@ def duration_of_sweep(seconds: float) -> rospy.Duration:
     """The Duration that a sweep takes (s). Raises ValueError where no scanner takes so long: tf2 would end the process
     at such a time.
     """
-    if not seconds <= LONGEST_SWEEP:
-        raise ValueError(f'a sweep takes {seconds!r} s by its time_increment, allowed are {LONGEST_SWEEP:g} s')
+    if not 0.0 <= seconds <= LONGEST_SWEEP:
+        raise ValueError(f'a sweep takes {seconds!r} s by its time_increment, allowed are 0 to {LONGEST_SWEEP:g} s')
     return rospy.Duration.from_sec(seconds)

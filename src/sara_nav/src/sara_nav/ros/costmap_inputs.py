@@ -23,7 +23,7 @@ from sara_nav.costmaps.layers.range_sensor import RangeReading, RangeSensorLayer
 from sara_nav.costmaps.layers.static import HERE, StaticLayer
 from sara_nav.costmaps.observations import CloudLayout, Observation, cloud_points, scan_rays, transformed
 from sara_nav.ros import conversions as conv
-from sara_nav.ros.common import TransformListener
+from sara_nav.ros.common import END_OF_TIME, TransformListener
 
 MESSAGES = {'LaserScan': LaserScan, 'PointCloud': PointCloud, 'PointCloud2': PointCloud2}
 LEVEL = 0.1
@@ -180,6 +180,8 @@ class CostmapInputs:
         """Return the geometry_msgs/Transform from a frame to the global one; raises NotYet or ValueError."""
         if not frame:
             raise ValueError('an empty frame_id')
+        if stamp.secs >= END_OF_TIME:
+            raise ValueError(f'a stamp of {stamp.secs} s')
         try:
             return self._tf.buffer.lookup_transform(
                 self._costmap.config.global_frame, frame.lstrip('/'), stamp
@@ -237,7 +239,7 @@ class CostmapInputs:
         angles, limits = (msg.angle_min, msg.angle_increment), (msg.range_min, msg.range_max)
         points, rays = scan_rays(msg.ranges, angles, limits, source.inf_is_valid)
         first = last = self._transform(msg.header.frame_id, msg.header.stamp)
-        if msg.time_increment > 0.0:
+        if msg.time_increment > 0.0 and len(msg.ranges) > 1:
             duration = conv.duration_of_sweep(msg.time_increment * (len(msg.ranges) - 1))
             last = self._transform(msg.header.frame_id, msg.header.stamp + duration)
         points = swept(points, shares_of(rays, len(msg.ranges)), _numbers(first), _numbers(last))
