@@ -32,6 +32,7 @@ if TYPE_CHECKING:
 
 REACHED, MISSED, WRONG, INTERRUPTED = 0, 1, 2, 130  # exit statuses
 SILENT_S = 5.0  # s of wall time without a word of move_base's status, which comes five times a second of the clock
+TAKEN_S = 3.0  # s of wall time within which move_base's status is to name a goal
 FRESH_S = 1.0  # s, the oldest pose that is written down as a place
 
 
@@ -165,6 +166,16 @@ class Driver:
         self._heard, self._why, self.taken = time.monotonic(), '', False
         rospy.Subscriber('move_base/status', GoalStatusArray, lambda _: setattr(self, '_heard', time.monotonic()))
         rospy.Subscriber('safety_gate/status', String, lambda message: setattr(self, '_why', message.data))
+        self._patience = wait
+        end = self._wait_for_server()
+        self.robot.wait(max(0.1, end - time.monotonic()))
+        self._wait_for_the_gate(end)
+
+    def _wait_for_server(self):
+        """Until move_base is there; it may have been started anew. Returns when its patience is over (wall, s). Raises
+        Unavailable.
+        """
+        wait = self._patience
         end, said = time.monotonic() + wait, time.monotonic() + 1.0
         while not self._client.wait_for_server(rospy.Duration(0.05)):
             if time.monotonic() > end:
@@ -175,8 +186,7 @@ class Driver:
                 say('waiting for move_base')
                 said = math.inf
             time.sleep(0.02)  # the clock may stand
-        self.robot.wait(max(0.1, end - time.monotonic()))
-        self._wait_for_the_gate(end)
+        return end
 
     def _wait_for_the_gate(self, end):
         """Where there is a safety gate, it latches what it says; a goal that it would give up at once waits for it,
@@ -193,10 +203,11 @@ class Driver:
 
     def go(self, place: Place, timeout: float = 0.0, quiet: bool = False) -> tuple[bool, str]:
         """Drive to a Place; returns (whether it was reached, move_base's words). `timeout`: s of ROS time, 0: none.
-        KeyboardInterrupt cancels the goal and goes on.
+        KeyboardInterrupt cancels the goal and goes on. Raises Unavailable.
         """
+        self._wait_for_server()
         over, began, progress = threading.Event(), rospy.get_time(), Progress(place)
-        self._heard = time.monotonic()
+        self._heard = sent = time.monotonic()
         say(f'going to {place}')
         self._client.send_goal(
             goal_at((place.x, place.y, place.yaw), self.robot.map_frame), done_cb=lambda _state, _result: over.set()
@@ -205,9 +216,10 @@ class Driver:
         try:
             while not over.wait(0.1):
                 now = rospy.get_time()
-                if time.monotonic() - self._heard > SILENT_S:
+                gone = self._gone(time.monotonic() - sent)
+                if gone:
                     self._client.cancel_goal()
-                    return self._end(place, False, f'move_base has not been heard for {SILENT_S:.0f} s', now - began)
+                    return self._end(place, False, gone, now - began)
                 if timeout and now - began > timeout and not late:
                     late = f'not there after {timeout:.0f} s'
                     self._client.cancel_goal()
@@ -230,6 +242,14 @@ class Driver:
             late or self._client.get_goal_status_text(),
             rospy.get_time() - began,
         )
+
+    def _gone(self, since):
+        """Why nothing is to be expected of the goal that was sent so long ago (s of wall time), or ''."""
+        if time.monotonic() - self._heard > SILENT_S:
+            return f'move_base has not been heard for {SILENT_S:.0f} s'
+        if since > TAKEN_S and self._client.gh.get_comm_state() == actionlib.CommState.WAITING_FOR_GOAL_ACK:
+            return f'move_base has not taken the goal within {TAKEN_S:.0f} s'
+        return ''
 
     @staticmethod
     def _end(place, reached, text, seconds):
