@@ -17,6 +17,7 @@ from sara_nav.grids.footprint import circle_footprint, pad_footprint
 from sara_nav.grids.grid import GridGeometry
 from sara_nav.lattice.config import LatticePlannerConfig
 from sara_nav.lattice.planner import LatticePlanner
+from sara_nav.lattice.tree import empty_tree
 from sara_nav.maps.map_io import load_map
 from sara_nav.planners.navfn import NavfnConfig, NavfnROS
 from sara_nav.planners.planning import PlanError, path_length
@@ -366,6 +367,15 @@ def test_a_goal_moves_within_the_tolerance():
 def test_a_search_gives_up_in_words():
     with pytest.raises(PlanError, match=r'that was found in 20 states \(max_expansions\)'):
         plan_of(dead_end(), Pose2D(1.2, 2.45, math.pi), Pose2D(6.5, 1.5, -1.0), max_expansions=20)
+
+
+def test_the_table_of_cells_is_never_full_however_few_states_are_allowed():
+    """A search for an empty slot would not end."""
+    for most in range(1, 20):
+        tree = empty_tree(most)
+        assert len(tree.keys) > len(tree.x)
+    plan = plan_of(dead_end(), Pose2D(1.2, 2.45, math.pi), Pose2D(1.1, 2.45, math.pi), max_expansions=1)
+    assert len(plan) > 1
 
 
 def test_explore_says_where_a_plan_may_lead():

@@ -43,9 +43,11 @@ class Tree(NamedTuple):
 
 @kernel
 def empty_tree(most: int) -> Tree:
-    """Return a Tree with room for what a search of ``most`` expanded states finds."""
+    """Return a Tree with room for what a search of ``most`` expanded states finds; one slot at least stays empty, for
+    ``slot_of`` ends there.
+    """
     room, size = 6 * most + 16, 1
-    while size < 8 * most:
+    while size < max(8 * most, room + 1):
         size *= 2
     return Tree(
         np.empty(room),
