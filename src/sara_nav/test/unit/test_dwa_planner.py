@@ -298,6 +298,8 @@ def test_defaults_are_the_peers():
 @pytest.mark.parametrize(
     'config, text',
     [
+        ({'acc_lim_x': 1e-9}, 'acc_lim_x is 1e-09, allowed are numbers from 0.01'),
+        ({'acc_lim_theta': 1e-7}, 'acc_lim_theta is 1e-07, allowed are numbers from 0.01'),
         ({'max_vel_y': 0.1}, 'max_vel_y is 0.1, allowed is 0'),
         ({'min_vel_y': -0.1}, 'min_vel_y is -0.1, allowed is 0'),
         ({'sim_time': -1.0}, 'sim_time is -1.0'),

@@ -221,6 +221,8 @@ def test_defaults_are_the_peers_values_in_force():
         ({'escape_vel': 0.1}, 'escape_vel is 0.1, allowed are numbers from -2 to below 0'),
         ({'escape_vel': math.nan}, 'escape_vel is nan'),
         ({'sim_time': 0.0}, 'sim_time is 0.0, allowed are numbers above 0'),
+        ({'acc_lim_x': 1e-9}, 'acc_lim_x is 1e-09, allowed are numbers from 0.01'),
+        ({'acc_lim_theta': 1e-7}, 'acc_lim_theta is 1e-07, allowed are numbers from 0.01'),
         ({'vx_samples': 0}, 'vx_samples is 0'),
         ({'max_vel_x': math.inf}, 'max_vel_x is inf'),
         ({'min_vel_theta': 0.5}, 'min_vel_theta is 0.5'),

@@ -52,9 +52,9 @@ class TrajectoryPlannerConfig:
     world_model: str = 'costmap'
 
     LIMITS: ClassVar[dict] = {
-        'acc_lim_x': (0.0, 20.0, True),
+        'acc_lim_x': (0.01, 20.0),
         'acc_lim_y': (0.0, 20.0),
-        'acc_lim_theta': (0.0, 20.0, True),
+        'acc_lim_theta': (0.01, 20.0),
         'max_vel_x': (0.0, 20.0, True),
         'min_vel_x': (0.0, 20.0),
         'max_vel_theta': (0.0, 20.0, True),
