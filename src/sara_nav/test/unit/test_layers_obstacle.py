@@ -1,6 +1,7 @@
 """The obstacle layer: costmap_2d's own tests rebuilt from their description on the ten by ten map, and laws of marking
 and clearing."""
 
+import dataclasses
 import math
 import sys
 from pathlib import Path
@@ -204,6 +205,31 @@ def test_observations_are_kept_as_long_as_asked():
     costmap.touch_all()
     costmap.update(2.5, None)
     assert costmap.costmap.costs[0, 2] == FREE
+
+
+@pytest.mark.parametrize('persistence, kept', [(0.0, 1), (2.0, 5)])
+def test_while_nothing_is_updated_no_more_observations_are_kept_than_persist(persistence, kept):
+    costmap, layer = make(static=False, sources=[SourceConfig('scan', observation_persistence=persistence)])
+    for k in range(100):
+        see(layer, 1.5, 0.5, source='scan', stamp=0.5 * k)
+    assert len(layer._seen['scan']) == kept
+
+
+def test_a_layer_that_is_switched_off_keeps_nothing_and_is_not_silent_when_it_is_switched_on():
+    source = SourceConfig('scan', observation_persistence=100.0, expected_update_rate=0.5)
+    costmap, layer = make(static=False, sources=[source])
+    see(layer, 1.5, 0.5, source='scan')
+    layer.reconfigure(dataclasses.replace(layer.config, enabled=False))
+    for k in range(1, 10):
+        see(layer, 0.5, 1.5, source='scan', stamp=float(k))
+        costmap.update(float(k), None)
+    assert layer._seen['scan'] == []
+    layer.reconfigure(dataclasses.replace(layer.config, enabled=True))
+    costmap.update(9.1, None)
+    assert costmap.current(9.1) == '' and count(costmap, LETHAL) == 0
+    see(layer, 1.5, 1.5, source='scan', stamp=9.2)
+    costmap.update(9.2, None)
+    assert count(costmap, LETHAL) == 1
 
 
 def test_a_source_that_falls_silent_is_told_of():

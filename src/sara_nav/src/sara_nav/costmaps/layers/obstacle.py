@@ -135,6 +135,10 @@ class ObstacleLayer(GridLayer):
         if seen and observation.stamp < seen[0].stamp:
             self.drop('old_observations', f'an observation of {source.name} that is older than the one before')
             return
+        self._new.add(source.name)
+        if not self.enabled:
+            seen.clear()  # switched on again, it begins with what is seen then
+            return
         good = np.isfinite(points).all(axis=1)
         if not good.all():
             self.drop('bad_points', f'points of {source.name} that are not numbers')
@@ -149,9 +153,8 @@ class ObstacleLayer(GridLayer):
                 np.ascontiguousarray(points[with_height]),
             ),
         )
-        if source.observation_persistence == 0.0:
-            del seen[1:]
-        self._new.add(source.name)
+        persists = source.observation_persistence
+        seen[1:] = [o for o in seen[1:] if persists > 0.0 and observation.stamp - o.stamp <= persists]
 
     def forget_observations(self) -> None:
         """Forget what was observed; the marks it made stay."""
