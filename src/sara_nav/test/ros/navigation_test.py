@@ -179,6 +179,8 @@ class NavigationTest(unittest.TestCase):
         self.assertEqual(self.ask(stamped(self.robot.x + 0.5, 1.0, 0.0)), (GoalStatus.SUCCEEDED, 'Goal reached.'))
         subscriber.unregister()
         self.assertGreater(len(said), 5, 'its status goes on')
+        place = rospy.wait_for_message('rolling/costmap/costmap', OccupancyGrid, 5.0).info.origin.position
+        self.assertAlmostEqual(place.x + 2.0, self.robot.x - FakeRobot.SHIFT, delta=0.2)
 
     def test_lost_localization_stops_and_aborts(self):
         self.start_driving()
@@ -222,15 +224,15 @@ class NavigationTest(unittest.TestCase):
 
     def test_diagnostics_name_the_node(self):
         # one subscriber for both: a new one for each message may miss the same node every time
-        names = set()
+        names, wanted = set(), {'move_base: navigation', 'map_server: map'}
         heard = rospy.Subscriber(
             '/diagnostics', DiagnosticArray, lambda array: names.update(s.name for s in array.status)
         )
         end = rospy.Time.now() + rospy.Duration(5.0)
-        while rospy.Time.now() < end and len(names) < 2:
+        while rospy.Time.now() < end and not wanted <= names:
             rospy.sleep(0.05)
         heard.unregister()
-        self.assertTrue({'move_base: navigation', 'map_server: map'} <= names, names)
+        self.assertLessEqual(wanted, names)
 
 
 if __name__ == '__main__':

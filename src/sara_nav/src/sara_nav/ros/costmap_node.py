@@ -253,7 +253,8 @@ def main() -> None:
         sys.exit(1)
     for warning in parameters.warnings + parameters.left_over():
         rospy.logwarn('%s', warning)
-    shell = CostmapShell(settings, settings.make(), TransformListener())
+    tf = TransformListener()
+    shell = CostmapShell(settings, settings.make(), tf)
     diagnostics, told_at = Diagnostics('costmap'), None
     rate = rospy.Rate(max(10.0, settings.config.update_frequency))
     while not rospy.is_shutdown():
@@ -268,6 +269,7 @@ def main() -> None:
         try:
             rate.sleep()
         except rospy.ROSTimeMovedBackwardsException:
+            tf.buffer.clear()  # else what comes now is older than what it holds, and dropped
             shell.time_went_back()
             rate = rospy.Rate(max(10.0, settings.config.update_frequency))
         except rospy.ROSInterruptException:
