@@ -89,15 +89,24 @@ def test_a_file_of_another_form_is_not_touched_where_it_would_be_broken(tmp_path
         ('a: 1\n', '`places` is missing'),
         ('', '`places` is missing'),
         ('places: [1]\n', '`places` is missing'),
+        (f'places:\n  a: [1, 2, {"9" * 400}]\n', 'a holds'),
+        (f'places:\n  a: [1, 2, {"9" * 5000}]\n', 'is no YAML'),
+        ('places:\n  a: [1, 2, 2021-99-99]\n', 'is no YAML'),
         ('a: [', 'is no YAML'),
+        ('[' * 3000, 'is no YAML'),
+        (b'\xff\xfe', 'is no YAML'),
     ),
+    ids=range(14),
 )
-def test_faults_are_named(tmp_path, text, words):
+def test_faults_are_named_and_the_file_stays_as_it_is(tmp_path, text, words):
     path = tmp_path / 'a.places.yaml'
-    path.write_text(text)
-    with pytest.raises(PlacesError) as error:
-        places.load(path)
-    assert words in str(error.value) and str(path) in str(error.value)
+    written = text if isinstance(text, bytes) else text.encode()
+    path.write_bytes(written)
+    for use in (places.load, lambda file: places.write(file, Place('b', 1.0, 2.0, 0.0))):
+        with pytest.raises(PlacesError) as error:
+            use(path)
+        assert words in str(error.value) and str(path) in str(error.value)
+    assert path.read_bytes() == written
 
 
 def test_a_file_that_is_not_there_is_said(tmp_path):

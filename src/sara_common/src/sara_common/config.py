@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import sys
 from collections.abc import Iterable, Mapping
 from typing import Any
 
@@ -44,8 +45,10 @@ def filled(cls: type, params: object) -> Any:
 
 
 def is_number(value: object) -> bool:
-    """Whether a value is a finite number; true and false are none, though Python counts with them."""
-    return isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value)
+    """Whether a value is a finite number that a float can hold; true and false are none, though Python counts with
+    them.
+    """
+    return isinstance(value, (int, float)) and not isinstance(value, bool) and abs(value) <= sys.float_info.max
 
 
 def is_whole(value: object, low: float = -math.inf, high: float = math.inf) -> bool:

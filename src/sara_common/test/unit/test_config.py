@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from sara_common.config import ConfigError, fault, filled, is_number, is_whole, number_faults, range_faults
 
-no_numbers = st.sampled_from([True, False, None, 'fast', '1', math.nan, math.inf, -math.inf, (1.0,), [2]])
+no_numbers = st.sampled_from([True, False, None, 'fast', '1', math.nan, math.inf, -math.inf, 10**400, (1.0,), [2]])
 
 
 def holding(**values):

@@ -87,8 +87,10 @@ def test_a_file_by_hand_is_read(tmp_path):
         ('edits:\n- wall: [[1, 1], [1, 1]]\n', 'is too small: its length must be at least 0.05 m'),
         ('edits:\n' + '- wall: [[0, 0], [1, 1]]\n' * (MOST + 1), f'there are {MOST + 1} edits, allowed are {MOST}'),
         ('[' * 3000, 'is no YAML'),
+        (f'edits:\n- wall: [[0, 0], [1, {"9" * 400}]]\n', 'is no edit'),
+        (f'edits:\n- wall: [[0, 0], [1, {"9" * 5000}]]\n', 'is no YAML'),
     ],
-    ids=range(15),
+    ids=range(17),
 )
 def test_a_faulty_file_is_refused_in_words(tmp_path, text, words):
     path = tmp_path / 'm.edits.yaml'

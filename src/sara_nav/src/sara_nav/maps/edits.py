@@ -20,6 +20,7 @@ from pathlib import Path
 import numpy as np
 import yaml
 
+from sara_common.config import is_number
 from sara_common.files import write_whole
 from sara_nav.grids.grid import GridGeometry
 from sara_nav.maps.map_io import FREE, OCCUPIED, GridMap, MapError
@@ -88,7 +89,7 @@ def load(path: Path | str) -> tuple[Edit, ...]:
         return ()
     except OSError as error:
         raise EditsError(f'{path}: {error.strerror}') from None
-    except (yaml.YAMLError, UnicodeDecodeError, RecursionError) as error:
+    except (yaml.YAMLError, ValueError, RecursionError) as error:  # ValueError: of a text, a date or an endless number
         raise EditsError(f'{path} is no YAML: {" ".join(str(error).split())}') from None
     entries = content.get('edits', 0) if isinstance(content, dict) else 0
     if not isinstance(entries, list | None):
@@ -114,11 +115,7 @@ def _read(entry):
 
 
 def _is_point(value):
-    return (
-        isinstance(value, list)
-        and len(value) == 2
-        and all(isinstance(v, int | float) and not isinstance(v, bool) for v in value)
-    )
+    return isinstance(value, list) and len(value) == 2 and all(isinstance(v, float) or is_number(v) for v in value)
 
 
 def _check(path, edits, faults):

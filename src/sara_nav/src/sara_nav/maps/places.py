@@ -15,6 +15,7 @@ from pathlib import Path
 
 import yaml
 
+from sara_common.config import is_number
 from sara_common.files import write_whole
 from sara_common.planar import wrap
 
@@ -53,7 +54,7 @@ def load(path: Path | str) -> dict[str, Place]:
         content = yaml.safe_load(path.read_text(encoding='utf-8'))
     except OSError as error:
         raise PlacesError(f'{path}: {error.strerror}; `go --here NAME` begins such a file') from error
-    except (yaml.YAMLError, UnicodeDecodeError) as error:
+    except (yaml.YAMLError, ValueError, RecursionError) as error:  # ValueError: of a text, a date or an endless number
         raise PlacesError(f'{path} is no YAML: {" ".join(str(error).split())}') from error
     return _read(content, path)
 
@@ -78,13 +79,7 @@ def _read(content, path):
 
 
 def _is_pose(pose):
-    return (
-        isinstance(pose, list)
-        and len(pose) == 3
-        and all(
-            isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value) for value in pose
-        )
-    )
+    return isinstance(pose, list) and len(pose) == 3 and all(map(is_number, pose))
 
 
 def find(places: dict[str, Place], name: str, where: Path | str = '') -> Place:
@@ -128,6 +123,7 @@ def write(path: Path | str, place: Place) -> bool:
     path = Path(path)
     if not NAME.fullmatch(place.name):
         raise PlacesError(f'{place.name!r} is no name: a letter first, then letters, digits, _ and -')
+    before = load(path) if path.exists() else {}
     text = (
         path.read_text(encoding='utf-8')
         if path.exists()
@@ -136,7 +132,6 @@ def write(path: Path | str, place: Place) -> bool:
             'the map.\nplaces:\n'
         )
     )
-    before = _read(yaml.safe_load(text), path) if path.exists() else {}
     line = f'  {_line(place)}'
     _change(
         path, _with_line(text, place.name, line), {**before, **_read(yaml.safe_load('places:\n' + line), path)}, line
