@@ -67,13 +67,30 @@ def broken(tmp_path, file, old, new):
         ('kate.dbc', 'BO_ 562 RANGES_2', 'BO_ 561 RANGES_2', '0x231 is RANGES_1 and RANGES_2'),
         ('kate.dbc', 'BO_ 576 BATTERY', 'BO_ 576 BATTERIE', 'has no message BATTERY'),
         ('kate.dbc', ' SG_ ML : 16|16@1+ (0.01,0) [0|0] "m" PC\n', '', 'leaves out ML'),
-        ('robot.urdf', '<child link="FL_frame"/>', '<child link="VL_frame"/>', 'no joint from base_link to FL_frame'),
+        ('robot.urdf', '<child link="FL_frame"/>', '<child link="VL_frame"/>',
+         'no fixed joint from base_link to FL_frame'),
+        ('robot.urdf', '<origin xyz="0.4 0.16 0.4" rpy="0 0 0.209439510"/>', '',
+         'robot.urdf has FL_frame at (0, 0), platform.yaml at (0.4, 0.16)'),
+        ('robot.urdf', '"0.4 0.16 0.4" rpy="0 0 0.209439510"', '"0.4 0.16 0.4"',
+         'robot.urdf has FL_frame at (0.4, 0.16), platform.yaml at (0.4, 0.16), or turned otherwise'),
+        ('robot.urdf', 'xyz="0.4 0.16 0.4"', 'xyz="0.4 left 0.4"', 'robot.urdf has FL_frame nowhere'),
+        ('robot.urdf', 'size="0.80 0.55 0.95"', 'size="0.80 wide 0.95"', 'robot.urdf has a body'),
+        ('robot.urdf', '<child link="FL_frame"/>', '', 'no fixed joint from base_link to FL_frame'),
         ('robot.urdf', '</robot>', '', 'robot.urdf cannot be read'),
     ],
 )  # fmt: skip
 def test_a_mistake_is_said_in_words(tmp_path, file, old, new, words):
     found = broken(tmp_path, file, old, new)
     assert any(words in sentence for sentence in found), found
+
+
+def test_an_origin_that_the_urdf_leaves_out_is_zero(tmp_path):
+    folder = tmp_path / 'kate'
+    shutil.copytree(folders()['kate'], folder)
+    text, origin = (folder / 'robot.urdf').read_text(), '<origin xyz="0.05 0.1 0.3" rpy="0 0 0.000000000"/>'
+    assert origin in text
+    (folder / 'robot.urdf').write_text(text.replace(origin, '<origin xyz="0.05 0.1 0.3"/>'))
+    assert list(check_config.findings(load(str(folder)))) == []
 
 
 def test_the_command_says_which_robot_and_ends_with_1(tmp_path, capsys):

@@ -1,6 +1,7 @@
 """What the sonars see arrives in move_base's costmaps, at its place."""
 
 import math
+from types import SimpleNamespace
 
 import pytest
 
@@ -20,6 +21,18 @@ def test_the_urdf_says_where_the_sensors_sit():
     assert places['scan'] == (0.5, 0.0, 0.0)
     assert places['SDI'] == pytest.approx((0.54, 0.18, math.radians(10.0)), abs=1e-6)
     assert places['STD'] == pytest.approx((-0.54, -0.18, math.radians(-170.0)), abs=1e-6)
+
+
+def test_what_the_urdf_leaves_out_is_zero_and_what_is_no_number_is_refused():
+    urdf = '<robot><joint type="fixed"><parent link="base_link"/><child link="A_frame"/>{}</joint></robot>'
+    for origin, place in (
+        ('', (0.0, 0.0, 0.0)),
+        ('<origin xyz="1 2 3"/>', (1.0, 2.0, 0.0)),
+        ('<origin rpy="0 0 1"/>', (0.0, 0.0, 1.0)),
+    ):
+        assert mountings(SimpleNamespace(urdf=urdf.format(origin))) == {'A': place}
+    with pytest.raises(ValueError, match='A_frame nowhere'):
+        mountings(SimpleNamespace(urdf=urdf.format('<origin xyz="1 2"/>')))
 
 
 @pytest.mark.parametrize('frame', ['map', 'odom'])

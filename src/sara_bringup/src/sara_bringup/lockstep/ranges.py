@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 from xml.etree import ElementTree
 
 from canserial.reader.readings import FIELD_OF_VIEW
+from sara_bringup.platforms.sensor_places import fixed_places
 from sara_common.planar import compose
 from sara_nav.costmaps.layers.range_sensor import RangeReading, RangeSensorLayer
 
@@ -20,18 +21,15 @@ if TYPE_CHECKING:
 
 
 def mountings(platform: Platform) -> dict[str, tuple[float, float, float]]:
-    """{name of the sensor: (x, y, yaw) in `base_link`, m, rad} as the platform's URDF says it."""
+    """{name of the sensor: (x, y, yaw) in `base_link`, m, rad} as the platform's URDF says it. Raises ValueError where
+    it puts one nowhere.
+    """
     found = {}
-    for joint in ElementTree.fromstring(platform.urdf).iter('joint'):
-        child = joint.find('child').get('link')
-        if (
-            joint.get('type') == 'fixed'
-            and joint.find('parent').get('link') == 'base_link'
-            and (child.endswith('_frame') or child == 'scan')
-        ):
-            origin = joint.find('origin')
-            x, y, _ = map(float, origin.get('xyz').split())
-            found[child.removesuffix('_frame')] = x, y, float(origin.get('rpy').split()[2])
+    for link, place in fixed_places(ElementTree.fromstring(platform.urdf)).items():
+        if link.endswith('_frame') or link == 'scan':
+            if not place.is_finite():
+                raise ValueError(f'robot.urdf has {link} nowhere: xyz and rpy of its origin are three numbers each')
+            found[link.removesuffix('_frame')] = tuple(place)
     return found
 
 

@@ -8,6 +8,8 @@ from xml.etree import ElementTree
 
 import numpy as np
 
+from sara_bringup.platforms.sensor_places import fixed_places
+from sara_common.config import finite_numbers
 from sara_common.planar import Pose2D
 from sara_common.platforms import Platform, parameters
 from sara_control.wheels.urdf import UrdfError, WheelGeometry
@@ -129,20 +131,19 @@ def same_names(where: str, names: Iterable[str], sonars: Iterable[str]) -> Itera
 
 
 def _frames(platform, robot):
-    joints = {joint.find('child').get('link'): joint for joint in robot.iter('joint')}
+    places = fixed_places(robot)
     wanted = {f'{name}_frame': mount for name, mount in platform.sonars.items()}
     for link, mount in {**wanted, 'imu_link': platform.imu, 'scan': platform.scan, 'gps': platform.gps}.items():
-        joint = joints.get(link)
-        if joint is None or joint.find('parent').get('link') != 'base_link':
-            yield f'robot.urdf has no joint from base_link to {link}'
-            continue
-        origin = joint.find('origin')
-        x, y, _ = map(float, origin.get('xyz').split())
-        if not _same(Pose2D(x, y, float(origin.get('rpy').split()[2])), mount):
+        place = places.get(link)
+        if place is None:
+            yield f'robot.urdf has no fixed joint from base_link to {link}'
+        elif not place.is_finite():
+            yield f'robot.urdf has {link} nowhere: xyz and rpy of its origin are three numbers each'
+        elif not _same(place, mount):
             there = f'({mount.x:g}, {mount.y:g}), or turned otherwise'
-            yield f'robot.urdf has {link} at ({x:g}, {y:g}), platform.yaml at {there}'
+            yield f'robot.urdf has {link} at ({place.x:g}, {place.y:g}), platform.yaml at {there}'
     box = robot.find("link[@name='base_link']/collision/geometry/box")
-    size = [] if box is None else [float(word) for word in box.get('size').split()]
+    size = (None if box is None else finite_numbers(box.get('size'), 3)) or []
     if size != list(platform.body):
         yield f'robot.urdf has a body (collision box of base_link) of {size}, platform/body is {list(platform.body)}'
 
