@@ -263,6 +263,19 @@ def test_size_and_footprint_can_be_changed_while_running():
         around.reconfigure(InflationConfig(-1.0))
 
 
+@pytest.mark.parametrize('origin', (0.0, -1.0))
+def test_a_map_keeps_its_size_though_it_is_the_one_that_the_parameters_ask_for(origin):
+    chart = StaticLayer('static')
+    costmap = make([chart])
+    values = np.zeros((60, 60))
+    values[3, 3] = 100
+    chart.set_map(grid_map(values, origin=(origin, origin)))
+    costmap.update(0.0, None)
+    costmap.reconfigure(CostmapConfig(resolution=0.1, width=9.0, height=6.0))
+    costmap.update(0.2, None)
+    assert costmap.costmap.costs.shape == (60, 60) and costmap.costmap.costs[3, 3] == LETHAL
+
+
 def test_reset_forgets_what_sensors_said_and_keeps_the_map():
     chart, layer = StaticLayer('static'), RangeSensorLayer('range')
     costmap = make([chart, layer])

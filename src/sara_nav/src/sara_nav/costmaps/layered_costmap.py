@@ -230,8 +230,12 @@ class LayeredCostmap:
         self._everything = True
 
     def resize(self, geometry: GridGeometry, locked: bool = False) -> None:
-        """Take another GridGeometry; what sensors said is forgotten. locked: a map gave it, parameters yield to it."""
+        """Take a GridGeometry; what sensors said is forgotten if it is another one. locked: a map gave it, parameters
+        yield to it.
+        """
         self._locked = self._locked or locked
+        if geometry == self.geometry:
+            return
         self._set_geometry(geometry)
         for layer in self.layers.values():
             layer.resize(geometry)

@@ -123,7 +123,7 @@ class StaticLayer(GridLayer):
             self._take_map()
 
     def _take_map(self):
-        if not self.rolling and self._map.geometry != self.parent.geometry:
+        if not self.rolling:
             self.parent.resize(self._map.geometry, locked=True)
         costs, resolution = static_costs(self._map.data, self.config), self._map.geometry.resolution
         self.costs = freed(costs, resolution, self.config.free_margin)
