@@ -178,10 +178,8 @@ class CostmapInputs:
 
     def _transform(self, frame, stamp):
         """Return the geometry_msgs/Transform from a frame to the global one; raises NotYet or ValueError."""
-        if not frame:
-            raise ValueError('an empty frame_id')
-        if stamp.secs >= END_OF_TIME:
-            raise ValueError(f'a stamp of {stamp.secs} s')
+        if not frame or stamp.secs >= END_OF_TIME:
+            raise ValueError(f'an empty frame_id or a stamp too late: {frame!r}, {stamp.secs} s')
         try:
             return self._tf.buffer.lookup_transform(
                 self._costmap.config.global_frame, frame.lstrip('/'), stamp
