@@ -234,15 +234,15 @@ def test_what_is_given_out_moves_no_faster_than_allowed():
 
     def watch(t, true):
         # Where a robot that stands would be shown: the correction's own motion.
-        shown = compose(correction.offset, correction._trail[-1][1])
+        shown = compose(correction.offset, correction.dead_reckoned)
         if last:
-            before = compose(last[0], correction._trail[-1][1])
+            before = compose(last[0], correction.dead_reckoned)
             assert math.dist(shown[:2], before[:2]) <= CONFIG.max_correction_rate * 0.02 + 1e-9
             assert abs(shown[2] - before[2]) <= CONFIG.max_correction_turn_rate * 0.02 + 1e-9
         last[:] = [correction.offset]
 
     true = ride(correction, err, watch=watch)
-    shown = compose(correction.offset, correction._trail[-1][1])
+    shown = compose(correction.offset, correction.dead_reckoned)
     assert off(shown, true)[0] < 0.02
 
 

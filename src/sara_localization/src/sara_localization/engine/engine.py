@@ -119,9 +119,7 @@ class FilterEngine:
     # Inputs
 
     def clock(self, now: float) -> None:
-        """The messages that are added next come at the time `now` (s; 0: it is not known yet); those dated clearly
-        later are ignored. A tick says the same; before the first one, also after a reset, nothing else does.
-        """
+        """What is added next comes at `now` (s; 0: unknown): what is dated later is dropped. A tick says so, too."""
         if now > 0.0:
             self.preprocessor.now = now
 
@@ -202,10 +200,7 @@ class FilterEngine:
         self.clock(now)
         if not self.enabled:
             return None
-        if self.on:
-            self._integrate(now)
-        else:
-            self._idle(now)
+        (self._integrate if self.on else self._idle)(now)
         if self.trace:
             self.trace.tick(now, self.filter)
         if not self.filter.initialised:

@@ -18,15 +18,17 @@ faster than a rider can bear.
 from __future__ import annotations
 
 import math
-from collections import Counter, deque
+from collections import Counter
 
 import numpy as np
 
 from sara_common.planar import compose, wrap_exact
 from sara_localization.ranges import map_echo
+from sara_localization.ranges.following import followed, frame_of, lag
 from sara_localization.ranges.map_echo import Cone
 from sara_localization.ranges.range_config import RangeConfig
 from sara_localization.ranges.range_data import RangeData, RangeMap
+from sara_localization.ranges.trail import Trail
 from sara_localization.ranges.turn_scale import MOST, TurnScale
 
 FAULTS = ('bad_range', 'bad_pose', 'bad_frame', 'no_pose', 'no_map', 'stepped', 'jumped')
@@ -41,8 +43,6 @@ STEP_S = 0.4
 """A step no longer than what the robot drives in so many s is the dead reckoning's own, whose filter has found that the
 robot stands, say; a longer one was put there by somebody.
 """
-MEMORY_S = 1.5
-"""Of dead reckoning that is kept for readings that come late."""
 SURE_SCALE = 0.001
 """Standard deviation of that scale below which it does not fall: readings of the same wall err together."""
 
@@ -67,14 +67,14 @@ class RangeCorrection:
         c = self.config
         self.offset, self._wanted, self.laid = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), True
         self._P = np.diag([c.initial_cov_xx, c.initial_cov_yy, c.initial_cov_aa, self._P[3, 3]])
-        self._trail = deque()  # (stamp, (x, y, yaw)) by dead reckoning
+        self._trail = Trail()
         self._passed, self._used = {}, {}
 
     def start_at(self, pose: tuple[float, float, float], covariance: np.ndarray) -> None:
         """The robot is at (x, y, yaw) in the map now, with a covariance (3, 3): given out at once. There must have been
         dead reckoning.
         """
-        self.offset = self._wanted = _offset(pose, self._trail[-1][1])
+        self.offset = self._wanted = frame_of(pose, self.dead_reckoned)
         self.laid = False
         self._P[:3, :] = self._P[:, :3] = 0.0
         self._P[:3, :3] = covariance
@@ -88,11 +88,10 @@ class RangeCorrection:
     @property
     def P_given_out(self) -> np.ndarray:
         """(3, 3): the covariance of the pose that is given out: what it is off the estimate that it follows counts."""
-        if self.offset == self._wanted or not self._trail:
+        here = self.dead_reckoned
+        if self.offset == self._wanted or here is None:
             return self.P
-        here = self._trail[-1][1]
-        shown, wanted = compose(self.offset, here), compose(self._wanted, here)
-        off = np.array([wanted[0] - shown[0], wanted[1] - shown[1], wrap_exact(wanted[2] - shown[2])])
+        off = lag(self.offset, self._wanted, here)
         return self.P + np.outer(off, off)
 
     @property
@@ -103,12 +102,13 @@ class RangeCorrection:
     @property
     def pose(self) -> tuple[float, float, float] | None:
         """The pose estimated, (x, y, yaw) in the map; None before there is any."""
-        return compose(self._wanted, self._trail[-1][1]) if self._trail else None
+        here = self.dead_reckoned
+        return None if here is None else compose(self._wanted, here)
 
     @property
     def dead_reckoned(self) -> tuple[float, float, float] | None:
         """The newest (x, y, yaw) by dead reckoning; None before there is any."""
-        return self._trail[-1][1] if self._trail else None
+        return None if self._trail.newest is None else self._trail.newest[1]
 
     @property
     def sigma(self) -> tuple[float, float]:
@@ -126,8 +126,9 @@ class RangeCorrection:
         if not (math.isfinite(stamp) and all(map(math.isfinite, pose))):
             self.counts['bad_pose'] += 1
             return
-        if self._trail:
-            last, before = self._trail[-1]
+        before_stamp = None
+        if self._trail.newest is not None:
+            last, before = self._trail.newest
             dt, way, turned = stamp - last, math.dist(pose[:2], before[:2]), wrap_exact(pose[2] - before[2])
             if dt <= 0.0 and dt > -1.0:
                 return
@@ -136,11 +137,10 @@ class RangeCorrection:
                 self._jump(before, pose, self._within(STEP_S, way, turned))
             else:
                 self._grow(before, pose, way, turned)
-        self._trail.append((stamp, tuple(pose)))
-        if len(self._trail) > 1:
-            self._slew(min(stamp - self._trail[-2][0], LONGEST_STEP))
-        while self._trail[0][0] < stamp - MEMORY_S:
-            self._trail.popleft()
+                before_stamp = last
+        self._trail.add(stamp, pose)
+        if before_stamp is not None:
+            self._slew(min(stamp - before_stamp, LONGEST_STEP))
 
     def _within(self, seconds, way, turned):
         """Whether a robot can drive so far (m) and turn so much (rad) in that time, or a filter correct it by that."""
@@ -158,7 +158,8 @@ class RangeCorrection:
             self._grow(before, pose, way, turned)
             self._P[:3, :3] += np.diag([way**2, way**2, turned**2])
         else:
-            self.offset, self._wanted = (_offset(compose(frame, before), pose) for frame in (self.offset, self._wanted))
+            self.offset = frame_of(compose(self.offset, before), pose)
+            self._wanted = frame_of(compose(self._wanted, before), pose)
         self._trail.clear()
         self._passed, self._used = {}, {}
 
@@ -171,7 +172,7 @@ class RangeCorrection:
             return
         if self.scale != 1.0:
             x, y, yaw = compose(self._wanted, pose)
-            self._wanted = _offset((x, y, wrap_exact(yaw + (self.scale - 1.0) * turned)), pose)
+            self._wanted = frame_of((x, y, wrap_exact(yaw + (self.scale - 1.0) * turned)), pose)
         F = np.eye(4)
         F[0, 2], F[1, 2], F[2, 3] = -dy, dx, turned
         P = F @ self._P @ F.T
@@ -185,22 +186,10 @@ class RangeCorrection:
         """Let what is given out follow the estimate: the robot's own place by so many m, its heading by so many rad per
         second.
         """
-        if self.offset == self._wanted:
-            return
-        c, here = self.config, self._trail[-1][1]
-        shown, wanted = compose(self.offset, here), compose(self._wanted, here)
-        dx, dy, turn = wanted[0] - shown[0], wanted[1] - shown[1], wrap_exact(wanted[2] - shown[2])
-        share = min(
-            1.0,
-            c.max_correction_rate * dt / max(math.hypot(dx, dy), 1e-12),
-            c.max_correction_turn_rate * dt / max(abs(turn), 1e-12),
-        )
-        if share == 1.0:
-            self.offset = self._wanted
-        else:
-            self.offset = _offset(
-                (shown[0] + share * dx, shown[1] + share * dy, wrap_exact(shown[2] + share * turn)), here
-            )
+        if self.offset != self._wanted:
+            c = self.config
+            most = c.max_correction_rate * dt, c.max_correction_turn_rate * dt
+            self.offset = followed(self.offset, self._wanted, self.dead_reckoned, most)
 
     # Ranges
 
@@ -255,31 +244,15 @@ class RangeCorrection:
 
     def is_young(self, stamp: float) -> bool:
         """Whether a time (s) is not remembered because the dead reckoning has not gone on for long."""
-        trail = self._trail
-        return not trail or (stamp < trail[0][0] and trail[-1][0] - trail[0][0] < 0.9 * MEMORY_S)
+        return self._trail.is_young(stamp)
 
     def at(self, stamp: float) -> tuple[float, float, float] | None:
         """The dead-reckoned pose (x, y, yaw) at a time (s), None where that is not remembered."""
-        trail = self._trail
-        if not trail or stamp < trail[0][0] or stamp > trail[-1][0] + self.config.transform_tolerance:
-            return None
-        for later in range(len(trail) - 1, -1, -1):
-            if trail[later][0] <= stamp:
-                break
-        (t0, a) = trail[later]
-        if later == len(trail) - 1:
-            return a
-        t1, b = trail[later + 1]
-        share = (stamp - t0) / (t1 - t0)
-        return (
-            a[0] + share * (b[0] - a[0]),
-            a[1] + share * (b[1] - a[1]),
-            wrap_exact(a[2] + share * wrap_exact(b[2] - a[2])),
-        )
+        return self._trail.at(stamp, self.config.transform_tolerance)
 
     def _in_grid(self, r, here):
         """Robot now and sensor then, (x, y, yaw) in the map's grid, and (cos, sin) of the grid's yaw."""
-        base = compose(self._wanted, self._trail[-1][1])
+        base = self.pose
         sensor = compose(compose(self._wanted, here), r.mount)
         ox, oy, turned = self.map.origin
         back = (math.cos(turned), math.sin(turned))
@@ -314,18 +287,11 @@ class RangeCorrection:
         if self.config.turn_scale_sigma > 0.0:
             self._P[3, 3] = max(self._P[3, 3], SURE_SCALE**2)
             self.scale = min(max(self.scale + float(K[3]) * y, 1.0 - MOST), 1.0 + MOST)
-        here = self._trail[-1][1]
+        here = self.dead_reckoned
         x, y_, yaw = compose(self._wanted, here)
         moved = K * y
-        self._wanted = _offset((x + float(moved[0]), y_ + float(moved[1]), wrap_exact(yaw + float(moved[2]))), here)
+        self._wanted = frame_of((x + float(moved[0]), y_ + float(moved[1]), wrap_exact(yaw + float(moved[2]))), here)
 
 
 def _turned_back(x, y, back):
     return back[0] * x + back[1] * y, back[0] * y - back[1] * x
-
-
-def _offset(pose, here):
-    """The frame in which `here` is `pose`."""
-    yaw = wrap_exact(pose[2] - here[2])
-    c, s = math.cos(yaw), math.sin(yaw)
-    return pose[0] - c * here[0] + s * here[1], pose[1] - s * here[0] - c * here[1], yaw

@@ -130,12 +130,8 @@ class FilterNode:
         if refused:
             rospy.logwarn(refused)
         else:
-            rospy.loginfo(
-                'set_pose: the robot is at x %.3f, y %.3f in %s',
-                msg.pose.pose.position.x,
-                msg.pose.pose.position.y,
-                msg.header.frame_id or self.config.world_frame,
-            )
+            at, frame = msg.pose.pose.position, msg.header.frame_id or self.config.world_frame
+            rospy.loginfo('set_pose: the robot is at x %.3f, y %.3f in %s', at.x, at.y, frame)
 
     def set_pose_service(self, request: SetPoseRequest) -> SetPoseResponse:
         """As the topic set_pose."""

@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 
 from sara_slam.graph.loops import LoopRules
 from sara_slam.graph.pose_graph import Pose, PoseGraph
-from sara_slam.mapping.journal import Record, edge_of, key_scan_of
+from sara_slam.mapping.journal import Journal, JournalError, edge_of, key_scan_of
 from sara_slam.mapping.key_scan import KeyScan
 from sara_slam.matching.likelihood_grid import Grain, LikelihoodGrid, Match, Window
 
@@ -23,12 +23,16 @@ ALONE = 3.0
 GridOf = Callable[[KeyScan, Sequence[int], Pose, float, Grain], LikelihoodGrid | None]
 
 
-def restored(records: Sequence[Record], graph: PoseGraph) -> tuple[list[KeyScan], int]:
-    """Fill a graph from records; returns its key scans, and how many loops came since the last optimisation.
+def restored(journal: Journal, graph: PoseGraph) -> tuple[list[KeyScan], int]:
+    """Fill a graph from a journal, which is emptied; returns its key scans, and how many loops came since the last
+    optimisation. Raises JournalError where it is another program's.
 
     Optimisations since the last one whose poses are kept are done again, which gives the same poses.
     """
+    if any(record.kind not in ('scan', 'loop', 'optimised') for record in journal.records):
+        raise JournalError(f'{journal.path} holds a map that was not made by a laser scanner')
     scans, postponed = [], 0
+    records, journal.records = journal.records, []
     whole = max((k for k, r in enumerate(records) if r.kind == 'optimised' and len(r.arrays['poses'])), default=-1)
     for k, record in enumerate(records):
         if record.kind == 'scan':

@@ -19,7 +19,7 @@ from sara_localization.particles.scan_input import ScanInput
 from sara_nav.maps.map_io import GridMap
 from sara_slam.graph.loops import LoopSearch
 from sara_slam.graph.pose_graph import PoseGraph
-from sara_slam.mapping.journal import Journal, JournalError
+from sara_slam.mapping.journal import Journal
 from sara_slam.mapping.key_scan import KeyScan, key_scan
 from sara_slam.mapping.known_scans import KnownScans
 from sara_slam.mapping.occupancy import Occupancy
@@ -41,9 +41,7 @@ UNKNOWN_SIGMA = 0.3, 0.2
 JUMP = 20.0
 """m between two scans used that the odometry cannot have driven."""
 FASTEST, SLACK, LONGEST_GAP = 3.0, 1.0, 2.0
-"""m/s and rad/s, m and rad, s: nothing drives farther or turns by more between two scans than SLACK and FASTEST for
-that time, LONGEST_GAP at most.
-"""
+"""m/s and rad/s, m and rad, s: nothing moves more between scans than SLACK and FASTEST for that time, or the gap."""
 FAR = 1000.0
 """m from its origin where the odometry may be at first: the map has that frame; from further off it begins at 0, 0."""
 NARROWEST, WIDEST = (0.25, 0.2), (1.0, 0.7)
@@ -58,9 +56,7 @@ a loop's displacement is heeded at once.
 
 
 class Result(NamedTuple):
-    """What a scan led to. map_from_odom: (x, y, yaw) of the odometry's frame in the map, None while the robot is looked
-    for in a map that is gone on with. used: it is a key scan; changed: poses of earlier key scans moved.
-    """
+    """What a scan led to. map_from_odom: see Slam. used: it is a key scan; changed: poses of earlier scans moved."""
 
     map_from_odom: Pose | None
     used: bool
@@ -87,7 +83,7 @@ class Slam:
         self._occupancy = Occupancy(
             config.delta, config.occ_thresh, (config.xmin, config.ymin, config.xmax, config.ymax)
         )
-        self.map_from_odom: Pose | None = (0.0, 0.0, 0.0)
+        self.map_from_odom: Pose | None = (0.0, 0.0, 0.0)  # None while the robot is looked for in a resumed map
         self.covariance = np.zeros((3, 3))
         self._postponed, self._known = 0, KnownScans(self.scans, self.graph.poses)
         self._seen: tuple[float, Pose] | None = None  # (s, odometry) of the newest scan
@@ -99,12 +95,8 @@ class Slam:
             self._resume(journal)
 
     def _resume(self, journal):
-        records = journal.records
-        if any(record.kind not in ('scan', 'loop', 'optimised') for record in records):
-            raise JournalError(f'{journal.path} holds a map that was not made by a laser scanner')
-        scans, self._postponed = restored(records, self.graph)
+        scans, self._postponed = restored(journal, self.graph)
         self.scans += scans
-        records.clear()
         self.counts.update(used=len(self.scans), loops=sum(edge.loop for edge in self.graph.edges))
         if self.scans:
             self.map_from_odom = None
