@@ -31,12 +31,26 @@ def losing(name='SDI', distance=0.2, v=0.05, w=0.0):
 def test_the_outer_end_of_the_arc_is_kept(name, distance):
     sensor, away = SENSORS[name], max(distance, NEAREST)
     ahead = math.copysign(1.0, math.cos(sensor.yaw))
-    (place,) = losing(name, distance, 0.05 * ahead).places
+    place, *nearer = losing(name, distance, 0.05 * ahead).places
+    assert bool(nearer) == (distance < NEAREST)
     assert place.name == name and math.dist((place.x, place.y), (sensor.x, sensor.y)) == pytest.approx(away)
     assert place.x * ahead > 0.54 and place.y * sensor.y > sensor.y**2
     assert abs(
         math.remainder(math.atan2(place.y - sensor.y, place.x - sensor.x) - sensor.yaw, math.tau)
     ) == pytest.approx(HALF)
+
+
+@pytest.mark.parametrize('before', ((-math.inf,), (0.2, -math.inf), (-math.inf, 0.17), (0.2, 0.17)))
+def test_what_was_too_near_just_before_may_be_nearer(before):
+    """A jamb that is too near, and then heard once more as it leaves the cone: it stands before the corner."""
+    lost, sensor = LostEchoes(HALF), SENSORS['SDI']
+    for k, (a, b) in enumerate(zip((None, *before), (*before, math.inf))):
+        lost.carry(0.2 * k, 0.05, 0.0)
+        lost.on_range_change(sensor, a, b)
+    away = [math.dist((place.x, place.y), (sensor.x, sensor.y)) for place in lost.places]
+    far = max(before[-1], NEAREST)
+    assert away == pytest.approx([far, 0.5 * NEAREST] if -math.inf in before else [far])
+    assert len(away) == 1 or lost.places[1].y < 0.29, 'in the way of the body'
 
 
 def test_what_is_not_driven_up_to_or_farther_off_or_beside_the_chair_or_moves_on_is_not_kept():

@@ -3,10 +3,11 @@
 A range sensor measures only inside its cone. When the chair approaches a door at an angle, the jamb comes nearer and
 nearer; then the chair turns by a degree and the echo is gone. The jamb is still there, beside the cone and in front of
 the body's corner. So the outer end of the last arc is kept and moved along with the chair, until a cone finds the place
-free or the chair has driven on; a chair that stands learns nothing new about it. (An obstacle that leaves by the inner
-end is between two cones that look the same way; both have measured it from afar.) An echo is not kept if it ends while
-the chair does not approach it (the chair stands, turns in place, or drives away): the obstacle has moved, or the cone
-has turned past it.
+free or the chair has driven on; a chair that stands learns nothing new about it. What was too near to be measured just
+before may be nearer than that: then a place half as far is kept, too. (An obstacle that leaves by the inner end is
+between two cones that look the same way; both have measured it from afar.) An echo is not kept if it ends while the
+chair does not approach it (the chair stands, turns in place, or drives away): the obstacle has moved, or the cone has
+turned past it.
 
 That the beginning and the end of an echo tell the place of an obstacle is from J. Leonard, H. Durrant-Whyte, Directed
 sonar sensing for mobile robot navigation, 1992.
@@ -47,6 +48,7 @@ class LostEchoes:
         self._half = half_angle
         self.places = []
         self._last, self._moved = None, {1.0: -math.inf, -1.0: -math.inf}  # s: when it last drove ahead, astern
+        self._too_near: dict[str, float] = {}  # s: when a sensor last heard again what had been too near
 
     def carry(self, stamp: float, v: float, w: float) -> bool:
         """The chair moved at v (m/s), w (rad/s) until stamp (s). Returns whether `places` changed."""
@@ -72,12 +74,19 @@ class LostEchoes:
         count = len(self.places)
         self.places = [p for p in self.places if not self._free(sensor, now, p)]
         changed = len(self.places) != count
-        if before is None or not self._left_by_the_edge(sensor, before, now):
+        if before is None:
+            return changed
+        if before < NEAREST and self._last is not None:
+            self._too_near[sensor.name] = self._last
+        if not self._left_by_the_edge(sensor, before, now):
             return changed
         away = max(before, NEAREST)
         # The outer end of a left sensor's arc is on its left if the sensor looks ahead, on its right if astern.
         angle = sensor.yaw + math.copysign(self._half, sensor.y * math.cos(sensor.yaw))
-        self.places.append(LostPlace(sensor.x + away * math.cos(angle), sensor.y + away * math.sin(angle), sensor.name))
+        was_too_near = self._last - self._too_near.get(sensor.name, -math.inf) <= LATELY
+        for far in (away, 0.5 * NEAREST) if was_too_near else (away,):
+            x, y = sensor.x + far * math.cos(angle), sensor.y + far * math.sin(angle)
+            self.places.append(LostPlace(x, y, sensor.name))
         del self.places[:-MOST]
         return True
 
