@@ -129,8 +129,9 @@ def _drive_to(client, pose, number, mission, recorder):
 
 def _cancel(client):
     """The node ends: the chair is not to drive on."""
-    client.cancel_goal()
-    rospy.rostime.wallsleep(0.1)  # the message is to get out
+    if client.simple_state != actionlib.SimpleGoalState.DONE:
+        client.cancel_goal()
+        rospy.rostime.wallsleep(0.1)  # the message is to get out
 
 
 def drive_mission(mission: Mission, drive: Drive) -> None:
