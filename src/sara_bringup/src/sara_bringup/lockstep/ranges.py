@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from xml.etree import ElementTree
 
 from canserial.reader.readings import FIELD_OF_VIEW
-from sara_bringup.platforms.sensor_places import fixed_places
+from sara_bringup.platforms.sensor_places import NOWHERE, fixed_places
 from sara_common.planar import compose
 from sara_nav.costmaps.layers.range_sensor import RangeReading, RangeSensorLayer
 
@@ -28,7 +28,7 @@ def mountings(platform: Platform) -> dict[str, tuple[float, float, float]]:
     for link, place in fixed_places(ElementTree.fromstring(platform.urdf)).items():
         if link.endswith('_frame') or link == 'scan':
             if not place.is_finite():
-                raise ValueError(f'robot.urdf has {link} nowhere: xyz and rpy of its origin are three numbers each')
+                raise ValueError(NOWHERE.format(link))
             found[link.removesuffix('_frame')] = tuple(place)
     return found
 

@@ -8,7 +8,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from sara_bringup.platforms.sensor_places import fixed_places
+from sara_bringup.platforms.sensor_places import NOWHERE, fixed_places
 from sara_common.config import finite_numbers
 from sara_common.planar import Pose2D
 from sara_common.platforms import Platform, parameters
@@ -138,7 +138,7 @@ def _frames(platform, robot):
         if place is None:
             yield f'robot.urdf has no fixed joint from base_link to {link}'
         elif not place.is_finite():
-            yield f'robot.urdf has {link} nowhere: xyz and rpy of its origin are three numbers each'
+            yield NOWHERE.format(link)
         elif not _same(place, mount):
             there = f'({mount.x:g}, {mount.y:g}), or turned otherwise'
             yield f'robot.urdf has {link} at ({place.x:g}, {place.y:g}), platform.yaml at {there}'

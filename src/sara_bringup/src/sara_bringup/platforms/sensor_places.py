@@ -8,6 +8,9 @@ from xml.etree import ElementTree
 from sara_common.config import finite_numbers
 from sara_common.planar import Pose2D
 
+NOWHERE = 'robot.urdf has {} nowhere: xyz and rpy of its origin are three numbers each'
+"""What is to be said of a link whose place is NaN."""
+
 
 def fixed_places(robot: ElementTree.Element) -> dict[str, Pose2D]:
     """{link: its Pose2D (m, m, rad) in base_link}, of the fixed joints from there. What an origin leaves out is zero;

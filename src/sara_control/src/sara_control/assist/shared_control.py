@@ -182,8 +182,8 @@ class SharedControl:
         if way.moves[0, 0] == 0.0:
             self._last = 0.0
             side = math.copysign(1.0, way.moves[0, 1])
-            fast = (abs(v) + self._outline.radius * abs(w) / c.turn_slip) / self._outline.radius  # of a corner as asked
-            rate = min(PIVOT_RATE * c.max_angular, fast * c.turn_slip)
+            asked = abs(w) + c.turn_slip * abs(v) / self._outline.radius  # moves a corner as fast as the wish
+            rate = min(PIVOT_RATE * c.max_angular, asked)
             return Assisted(0.0, side * rate, LEFT if side > 0.0 else RIGHT)
         curvature = self._last = self._pursued(way, sense)
         speed = min(abs(v), self._allowed(way))

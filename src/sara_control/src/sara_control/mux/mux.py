@@ -233,12 +233,14 @@ class Mux:
         for latest in self._inputs.values():
             latest.told = latest.told and (self._taken or moved >= 0)
         for source, latest in active:
-            if latest.moves and not latest.blocked and (self._taken or source.priority < least):
-                latest.blocked = True
-            elif latest.moves or latest.told or not (self._taken or source.priority < moved):
-                continue
-            latest.told = True
-            self._preempted += (source.name,)
+            if latest.moves:
+                preempted = not latest.blocked and (self._taken or source.priority < least)
+                latest.blocked |= preempted
+            else:
+                preempted = not latest.told and (self._taken or source.priority < moved)
+            if preempted:
+                latest.told = True
+                self._preempted += (source.name,)
 
 
 def _timed_out(t, source, latest):

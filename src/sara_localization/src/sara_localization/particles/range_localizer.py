@@ -75,11 +75,8 @@ class RangeLocalizer:
         """See RangeCorrection. Where the dead reckoning jumps, a search begins anew; and one begins where its frame was
         found by a search, for then nobody has put it there.
         """
-        correction = self.correction
-        jumps, steps = (correction.counts[what] for what in ('jumped', 'stepped'))
-        correction.on_pose(stamp, pose)
-        jumped = correction.counts['jumped'] > jumps
-        if self.searching and (jumped or correction.counts['stepped'] > steps) or jumped and not correction.laid:
+        what = self.correction.on_pose(stamp, pose)
+        if what and self.searching or what == 'jumped' and not self.correction.laid:
             self.start_anywhere()
 
     def on_range(self, reading: RangeData) -> str:

@@ -118,43 +118,43 @@ class RangeCorrection:
 
     # Dead reckoning
 
-    def on_pose(self, stamp: float, pose: tuple[float, float, float]) -> None:
+    def on_pose(self, stamp: float, pose: tuple[float, float, float]) -> str:
         """The dead reckoning has the robot at (x, y, yaw) at a time (s). One that jumps was put there, and is believed
         anew; where its frame was never laid in the map, the robot is taken to be where it was. A step (STEP_S) is a way
-        as uncertain as it is long.
+        as uncertain as it is long. Returns 'jumped', 'stepped' or ''.
         """
         if not (math.isfinite(stamp) and all(map(math.isfinite, pose))):
             self.counts['bad_pose'] += 1
-            return
-        before_stamp = None
-        if self._trail.newest is not None:
-            last, before = self._trail.newest
+            return ''
+        what, newest = '', self._trail.newest
+        if newest is not None:
+            last, before = newest
             dt, way, turned = stamp - last, math.dist(pose[:2], before[:2]), wrap_exact(pose[2] - before[2])
             if dt <= 0.0 and dt > -1.0:
-                return
+                return ''
             driven = dt if dt <= LONGEST_GAP else 0.0
             if dt < 0.0 or not self._within(driven, way, turned):
-                self._jump(before, pose, self._within(STEP_S, way, turned))
+                what = self._jump(before, pose, way, turned)
             else:
                 self._grow(before, pose, way, turned)
-                before_stamp = last
         self._trail.add(stamp, pose)
-        if before_stamp is not None:
-            self._slew(min(stamp - before_stamp, LONGEST_STEP))
+        if newest is not None and not what:
+            self._slew(min(stamp - newest[0], LONGEST_STEP))
+        return what
 
     def _within(self, seconds, way, turned):
         """Whether a robot can drive so far (m) and turn so much (rad) in that time, or a filter correct it by that."""
         c = self.config
         return way <= c.max_vel_x * seconds + JUMP_M and abs(turned) <= c.max_vel_theta * seconds + JUMP_RAD
 
-    def _jump(self, before, pose, is_step):
-        """The dead reckoning went from `before` to a pose at once, or its clock was set back."""
-        self.counts['stepped' if is_step else 'jumped'] += 1
-        if self.laid and not is_step:
+    def _jump(self, before, pose, way, turned):
+        """The dead reckoning went from `before` to a pose at once, or its clock was set back. Returns what that was."""
+        what = 'stepped' if self._within(STEP_S, way, turned) else 'jumped'
+        self.counts[what] += 1
+        if self.laid and what == 'jumped':
             self.forget()
-            return
-        if is_step:
-            way, turned = math.dist(pose[:2], before[:2]), wrap_exact(pose[2] - before[2])
+            return what
+        if what == 'stepped':
             self._grow(before, pose, way, turned)
             self._P[:3, :3] += np.diag([way**2, way**2, turned**2])
         else:
@@ -162,6 +162,7 @@ class RangeCorrection:
             self._wanted = frame_of(compose(self._wanted, before), pose)
         self._trail.clear()
         self._passed, self._used = {}, {}
+        return what
 
     def _grow(self, before, pose, way, turned):
         c, turn = self.config, abs(turned)

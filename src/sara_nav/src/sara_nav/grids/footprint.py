@@ -80,18 +80,24 @@ def contains_origin(corners: np.ndarray) -> bool:
     return inside
 
 
+def depths(corners: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """Return how far (m) each of points (n, 2) in the footprint or on its outline is from the outline."""
+    corners = np.asarray(corners, float)
+    depth = np.full(len(points), np.inf)
+    for start, end in zip(corners, np.roll(corners, -1, axis=0)):
+        edge = end - start
+        along = np.clip((points - start) @ edge / max(float(edge @ edge), 1e-300), 0.0, 1.0)
+        depth = np.minimum(depth, np.hypot(*(points - start - along[:, None] * edge).T))
+    return depth
+
+
 def radii(corners: np.ndarray) -> tuple[float, float]:
     """Return (inscribed, circumscribed) radius (m) of the footprint about the robot's centre.
 
     The inscribed radius is the least distance of the outline from the centre, 0 when the centre is outside.
     """
     corners = np.asarray(corners, float)
-    following = np.roll(corners, -1, axis=0)
-    edge = following - corners
-    length2 = np.maximum((edge**2).sum(axis=1), 1e-300)
-    along = np.clip(-(corners * edge).sum(axis=1) / length2, 0.0, 1.0)
-    nearest = np.hypot(*(corners + along[:, None] * edge).T)
-    inscribed = float(nearest.min()) if contains_origin(corners) else 0.0
+    inscribed = float(depths(corners, np.zeros((1, 2)))[0]) if contains_origin(corners) else 0.0
     return inscribed, float(np.hypot(*corners.T).max())
 
 
@@ -117,14 +123,3 @@ def cover(corners: np.ndarray, spacing: float) -> np.ndarray:
             inside ^= crosses & (inner[:, 0] < (x1 - x0) * (inner[:, 1] - y0) / (y1 - y0) + x0)
     points.append(inner[inside])
     return np.ascontiguousarray(np.vstack(points))
-
-
-def depths(corners: np.ndarray, points: np.ndarray) -> np.ndarray:
-    """Return how far (m) each of points (n, 2) in the footprint or on its outline is from the outline."""
-    corners = np.asarray(corners, float)
-    depth = np.full(len(points), np.inf)
-    for start, end in zip(corners, np.roll(corners, -1, axis=0)):
-        edge = end - start
-        along = np.clip((points - start) @ edge / max(float(edge @ edge), 1e-300), 0.0, 1.0)
-        depth = np.minimum(depth, np.hypot(*(points - start - along[:, None] * edge).T))
-    return depth

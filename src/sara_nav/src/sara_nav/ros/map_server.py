@@ -135,7 +135,8 @@ def main() -> None:
     if len(arguments) > 2:
         sys.exit(USAGE)
     start_node('map_server', anonymous=True)
-    arguments = arguments or [str(name) for name in [rospy.get_param('~yaml_filename', '')] if name]
+    if not arguments and rospy.get_param('~yaml_filename', ''):
+        arguments = [str(rospy.get_param('~yaml_filename'))]
     if not arguments:
         sys.exit(USAGE)
     server = MapServer()
