@@ -288,6 +288,25 @@ def test_words_of_one_kind_stay_for_a_second():
     ] == ['1', '1', '3', '4', '5', '6']
 
 
+def test_a_reason_that_comes_and_goes_stays_for_a_second():
+    words, slow, free = Words(), ('path', 'ahead'), ('path', 'free')
+    said = [
+        words.say(t, key, text, key == free)
+        for t, key, text in (
+            (0.0, free, '0.8'),
+            (0.1, slow, '0.2'),
+            (0.2, free, '0.8'),
+            (1.0, slow, '0.3'),
+            (1.2, slow, '0.4'),
+            (1.9, free, '0.8'),
+            (2.3, free, '0.7'),
+            (2.4, ('back', 'ahead'), '0.1'),
+            (2.5, free, '0.8'),
+        )
+    ]
+    assert said == ['0.8', '0.2', '0.2', '0.2', '0.4', '0.4', '0.7', '0.1', '0.8']
+
+
 @given(
     st.floats(-1.0, 1.0),
     st.floats(0.0, 1.0),
