@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from sara_nav.costmaps.costmap import LETHAL, UNKNOWN, Costmap
-from sara_nav.grids.clearance import place_of, room
+from sara_nav.grids.clearance import CONVERGING, DIVERGING, WALL_BEHIND, place_of, room
 from sara_nav.grids.collision import LocalWorld
 from sara_nav.grids.footprint import parse_footprint
 from sara_nav.grids.grid import GridGeometry
@@ -53,6 +53,18 @@ def outline_gap(world, bx, by):
     return -math.sqrt(squared) if inside else math.sqrt(squared)
 
 
+def goes_on(world, x, y, yaw, sense, outward):
+    """Whether obstacles go on from a point (x, y) towards a robot with a yaw: its wall is driven along."""
+    c, s = math.cos(yaw), math.sin(yaw)
+    found = []
+    for back in WALL_BEHIND:
+        sides = np.arange(-DIVERGING * back, max(CONVERGING * back, 0.05) + 1e-12, 0.05)
+        at = [(x - sense * c * back - s * outward * k, y - sense * s * back + c * outward * k) for k in sides]
+        spots = [(math.floor((b + 2.0) / 0.05), math.floor((a + 2.0) / 0.05)) for a, b in at]
+        found.append(any(min(spot) >= 0 and max(spot) < SIDE and blocked(world, *spot) for spot in spots))
+    return all(found)
+
+
 @settings(max_examples=120)
 @given(cells, walls, poses, st.sampled_from((SARA, LAME)), st.booleans())
 def test_points_on_obstacles_count_by_their_weights(marks, lines, at, footprint, unknown_blocks):
@@ -95,7 +107,9 @@ def test_room_is_that_of_the_nearest_cell_and_of_what_is_ahead(marks, lines, at,
             bx, by = math.cos(yaw) * dx + math.sin(yaw) * dy, math.cos(yaw) * dy - math.sin(yaw) * dx
             beyond, beside = sense * bx - front, max(abs(by) - span, 0.0)
             if beyond > 0.0 and beside <= math.tan(angle) * beyond - 1e-9:
-                ahead = min(ahead, math.hypot(beyond, beside))
+                at_wall = x + dx, y + dy, yaw, sense, math.copysign(1.0, by)
+                if beside == 0.0 or not goes_on(world, *at_wall):
+                    ahead = min(ahead, math.hypot(beyond, beside))
             distance = outline_gap(world, bx, by)
             if distance <= reach - 1e-9:
                 gap = min(gap, distance)
@@ -109,6 +123,37 @@ def test_room_is_that_of_the_nearest_cell_and_of_what_is_ahead(marks, lines, at,
         )
         if math.isfinite(seen.gap[i]):
             assert max(outline_gap(world, seen.x[i], seen.y[i]) - 0.025, 0.0) == pytest.approx(seen.gap[i], abs=1e-8)
+
+
+def drawn(*lines):
+    """A LocalWorld of SARA with straight walls, each from (x, y) to (x, y), m."""
+    costs = np.zeros(GRID.shape, np.uint8)
+    for (x0, y0), (x1, y1) in lines:
+        for k in np.linspace(0.0, 1.0, 200):
+            costs[int((y0 + k * (y1 - y0) + 2.0) / 0.05), int((x0 + k * (x1 - x0) + 2.0) / 0.05)] = LETHAL
+    return LocalWorld(Costmap(costs, GRID), SARA, True)
+
+
+def ahead_of(world, at=(0.0, 0.0, 0.0), backward=False):
+    return float(room(world, np.array([at]), backward, 0.7, 1.2).ahead[0])
+
+
+@pytest.mark.parametrize('backward', (False, True))
+@pytest.mark.parametrize('yaw', (0.0, 0.1, -0.1))
+def test_the_walls_of_a_corridor_do_not_stand_ahead(yaw, backward):
+    corridor = drawn(((-1.9, 0.5), (1.9, 0.5)), ((-1.9, -0.5), (1.9, -0.5)))
+    assert ahead_of(corridor, (0.0, 0.0, yaw), backward) == math.inf
+
+
+def test_what_echoes_from_before_the_robot_stands_ahead():
+    jambs = drawn(((1.0, 0.4), (1.0, 1.9)), ((1.0, -1.9), (1.0, -0.4)))
+    assert ahead_of(jambs) == pytest.approx(0.50, abs=0.06)
+    closing = drawn(((-1.9, 1.5), (1.9, 0.0)))  # by 22 deg
+    assert ahead_of(closing) < 1.3
+    begins = drawn(((1.0, 0.4), (1.9, 0.4)))  # a wall seen from its end
+    assert ahead_of(begins) == pytest.approx(0.50, abs=0.06)
+    dead_end = drawn(((-1.9, 0.5), (1.2, 0.5)), ((-1.9, -0.5), (1.2, -0.5)), ((1.2, -0.5), (1.2, 0.5)))
+    assert ahead_of(dead_end) == pytest.approx(0.66, abs=0.05)
 
 
 def test_places_about_the_robot_have_names():

@@ -3,7 +3,8 @@ shows.
 
 The gap is the least distance from the footprint's outline to the edge of an obstacle's cell. What lies ahead is taken
 as range sensors with wide cones see it: all that is within an angle of straight ahead counts as if it stood straight
-ahead at that distance, since an echo does not say where in the cone it comes from.
+ahead at that distance, since an echo does not say where in the cone it comes from. Walls along which the robot drives
+do not count: they send no echo back.
 """
 
 from __future__ import annotations
@@ -21,6 +22,11 @@ from sara_nav.grids.grid import LETHAL, UNKNOWN, Grid
 
 GAP, NEAR_X, NEAR_Y, AHEAD = 0, 1, 2, 3
 """Rows of what ``gaps`` finds; see Room."""
+WALL_BEHIND = (0.2, 0.4)
+"""m towards the robot at which a wall must go on that it drives along."""
+CONVERGING, DIVERGING = math.tan(math.radians(10.0)), math.tan(math.radians(30.0))
+"""Such a wall comes nearer to the path, or goes away from it, by no more than this (m/m). At the edge of a cone, 30 deg
+off, a parallel wall is met at 60 deg; beyond, smooth walls send no echo back."""
 
 
 @dataclass(frozen=True)
@@ -126,7 +132,9 @@ def gaps(
                 if dx * dx + dy * dy > margin * margin:
                     continue
                 c, s = cosines[i], sines[i]
-                _look(found, i, (c * dx + s * dy, c * dy - s * dx), body, box, ahead)
+                point = c * dx + s * dy, c * dy - s * dx
+                _look_ahead(found, i, point, ground, (wx, wy, c, s), ahead)
+                _look_beside(found, i, point, body, box, ahead.reach)
     for i in range(n):  # to the edge of the cell, not to its middle
         found[GAP, i] = max(found[GAP, i] - 0.5 * resolution, 0.0)
         found[AHEAD, i] = max(found[AHEAD, i] - 0.5 * resolution, 0.0)
@@ -134,12 +142,21 @@ def gaps(
 
 
 @kernel
+def _is_obstacle(costs, unknown_blocks, column, row):
+    """True for a cell of the costmap that shows an obstacle."""
+    height, width = costs.shape
+    if not (0 <= row < height and 0 <= column < width):
+        return False
+    cost = costs[row, column]
+    return cost == LETHAL or (cost == UNKNOWN and unknown_blocks)
+
+
+@kernel
 def _is_edge(costs, unknown_blocks, column, row):
     """True for a cell of an obstacle that is not surrounded by others."""
-    height, width = costs.shape
-    cost = costs[row, column]
-    if not (cost == LETHAL or (cost == UNKNOWN and unknown_blocks)):
+    if not _is_obstacle(costs, unknown_blocks, column, row):
         return False
+    height, width = costs.shape
     return not (
         0 < row < height - 1
         and 0 < column < width - 1
@@ -151,24 +168,58 @@ def _is_edge(costs, unknown_blocks, column, row):
 
 
 @kernel
-def _look(found, i, point, edges, box, ahead):
-    """Enter an obstacle's point (m, robot's frame) into what was found (4, n) at pose i.
+def _look_ahead(found, i, point, ground, place, ahead):
+    """Enter an obstacle's point (m, robot's frame) into what is ahead in what was found (4, n) at pose i.
 
-    edges: of ``_edges``. box: least and greatest x, least and greatest y of the outline. ahead: an Ahead.
+    place: x, y (m) of the point in the costmap's frame, cosine and sine of the robot's yaw there. ahead: an Ahead.
+    """
+    beyond = ahead.sense * point[0] - ahead.front
+    if not 0.0 < beyond < found[AHEAD, i]:
+        return
+    beside = max(abs(point[1]) - ahead.span, 0.0)
+    if beside > ahead.slope * beyond:
+        return
+    distance = math.hypot(beyond, beside)
+    outward = math.copysign(1.0, point[1])
+    if distance < found[AHEAD, i] and not (beside > 0.0 and _along_wall(ground, place, ahead.sense, outward)):
+        found[AHEAD, i] = distance
+
+
+@kernel
+def _along_wall(ground, place, sense, outward):
+    """True for a point of a wall along which the robot drives: obstacles go on from there towards the robot.
+
+    place: see ``_look_ahead``. sense: 1.0, or -1.0 when the rear leads. outward: 1.0 left of the path, -1.0 right.
+    """
+    origin_x, origin_y, resolution = ground.grid
+    x, y, c, s = place
+    for back in WALL_BEHIND:
+        side, farthest, goes_on = -DIVERGING * back, max(CONVERGING * back, resolution), False
+        while side <= farthest and not goes_on:
+            dx, dy = -sense * back, outward * side
+            column = int(math.floor((x + c * dx - s * dy - origin_x) / resolution))
+            row = int(math.floor((y + s * dx + c * dy - origin_y) / resolution))
+            goes_on = _is_obstacle(ground.costs, ground.unknown_blocks, column, row)
+            side += resolution
+        if not goes_on:
+            return False
+    return True
+
+
+@kernel
+def _look_beside(found, i, point, edges, box, reach):
+    """Enter an obstacle's point (m, robot's frame) into the gap in what was found (4, n) at pose i.
+
+    edges: of ``_edges``. box: least and greatest x, least and greatest y of the outline. reach (m): see Ahead.
     """
     x, y = point
     low_x, high_x, low_y, high_y = box
-    beyond = ahead.sense * x - ahead.front
-    if 0.0 < beyond < found[AHEAD, i]:
-        beside = max(abs(y) - ahead.span, 0.0)
-        if beside <= ahead.slope * beyond:
-            found[AHEAD, i] = min(found[AHEAD, i], math.hypot(beyond, beside))
-    nearer = min(found[GAP, i], ahead.reach) + 1e-9
+    nearer = min(found[GAP, i], reach) + 1e-9
     off_x, off_y = max(low_x - x, x - high_x, 0.0), max(low_y - y, y - high_y, 0.0)
     if off_x * off_x + off_y * off_y > nearer * nearer:
         return  # no part of the outline is as near as what was found, for none is outside its box
     distance = _distance(edges, x, y)
-    if distance < found[GAP, i] and distance <= ahead.reach:
+    if distance < found[GAP, i] and distance <= reach:
         found[GAP, i], found[NEAR_X, i], found[NEAR_Y, i] = distance, x, y
 
 
