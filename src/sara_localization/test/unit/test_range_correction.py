@@ -179,6 +179,30 @@ def test_what_no_wall_tells_is_not_changed():
     assert correction.sigma[0] > math.sqrt(CONFIG.initial_cov_xx)
 
 
+def test_the_jambs_of_an_opening_tell_the_place_along_a_corridor():
+    size_x, low, high = 40.0, 19.6, 20.4
+    corridor = room(size_x, ends=False)
+    corridor.cells[-3:, round(low / CELL) + 3 : round(high / CELL) + 3] = map_echo.FREE
+    x = np.arange(18.0, 22.0, 0.01)
+    wall = np.stack([x, np.full(len(x), SIZE_Y)], 1)[(x <= low) | (x >= high)]
+
+    def hear(pose, mount):
+        sensor_x, sensor_y, axis = compose(pose, mount)
+        away = wall - (sensor_x, sensor_y)
+        beside = np.angle(np.exp(1j * (np.arctan2(away[:, 1], away[:, 0]) - axis)))
+        there = np.hypot(*away.T)[np.abs(beside) < HALF]
+        right = heard(pose, mount, size_x, math.inf, ends=False)
+        return min(right, there.min(initial=math.inf))
+
+    found = []
+    for sigma in (CONFIG.range_sigma_edge, 0.0):
+        correction = RangeCorrection(replace(CONFIG, range_sigma_edge=sigma), corridor)
+        true = ride(correction, (0.08, 0.0, 0.0), hear=hear, centre=(19.9, 1.3))
+        found.append((abs(correction.pose[0] - true[0]), math.sqrt(correction.P[0, 0])))
+    assert found[0][0] < 0.04 and found[0][1] < 0.08
+    assert found[1] == (pytest.approx(0.08, abs=0.01), pytest.approx(0.14, abs=0.05))
+
+
 def test_a_map_turned_with_all_in_it_is_the_same():
     plain, turned = RangeCorrection(CONFIG, room()), RangeCorrection(CONFIG, room(origin=(4.0, -2.0, 0.7)))
     world = (4.0, -2.0, 0.7)
@@ -398,17 +422,22 @@ def test_a_predicted_plane_is_where_the_wall_is_and_its_slopes_are_right(x, y, y
         assert (moved[1] - distance) / h == pytest.approx(slopes[k], abs=0.15)
 
 
-@pytest.mark.parametrize('wall', ['post', 'end', 'border'])
-def test_what_is_no_plane_within_the_cone_is_not_predicted(wall):
+@pytest.mark.parametrize('left', (48, 58))
+def test_what_is_no_plane_at_the_border_of_the_cone_is_not_predicted(left):
     cells = np.zeros((120, 120), np.uint8)
-    if wall == 'post':
-        cells[60:62, 39:41] = map_echo.OCCUPIED
-    elif wall == 'end':
-        cells[60:62, 42:] = map_echo.OCCUPIED
-    else:
-        cells[40:, 58:] = map_echo.OCCUPIED  # the sensor looks along it
+    cells[40:, left:] = map_echo.OCCUPIED  # the sensor looks along it
     what, distance, _ = map_echo.echo(cells, CELL, (2.0, 2.2, math.pi / 2), Cone(HALF, 2.5, 0.03))
     assert what == map_echo.AMBIGUOUS and math.isnan(distance)
+
+
+@pytest.mark.parametrize('columns, x', ((slice(39, 41), 2.0), (slice(43, None), 2.15), (slice(None, 38), 1.9)))
+def test_a_post_and_the_end_of_a_wall_are_edges(columns, x):
+    cells = np.zeros((120, 120), np.uint8)
+    cells[60:62, columns] = map_echo.OCCUPIED
+    what, distance, direction = map_echo.echo(cells, CELL, (2.0, 2.2, math.pi / 2), Cone(HALF, 2.5, 0.03))
+    assert what == map_echo.EDGE
+    assert distance == pytest.approx(math.hypot(x - 2.0, 0.8), abs=0.01)
+    assert direction == pytest.approx(math.atan2(0.8, x - 2.0), abs=0.05)
 
 
 @pytest.mark.parametrize(

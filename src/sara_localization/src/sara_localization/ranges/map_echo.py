@@ -3,11 +3,12 @@
 The nearest thing in the cone echoes. Where that is a plane that the beam meets squarely, the echo is a "region of
 constant depth" (J. Leonard, H. Durrant-Whyte, "Directed Sonar Sensing for Mobile Robot Navigation", 1992): the range is
 the distance to the plane, wherever in the cone its foot lies, and moving or turning the sensor along the plane does not
-change it. All else in a cone (edges at its border, posts, the ends of walls) is where a real sensor hears one time
-this, one time that: it is not predicted.
+change it. An edge, such as a jamb's, is another where it is the nearest thing and well within the cone; its echo is
+weaker. It says what walls along a corridor do not. What lies at the border of the cone is where a real sensor hears one
+time this, one time that: it is not predicted.
 
 A range counts as predicted only if it is so over the whole uncertainty of the pose: at the ends of each axis of it the
-map must predict a plane again, as far away as the first one says within a tolerance (sigma points, as in the unscented
+map must predict the like again, as far away as the first one says within a tolerance (sigma points, as in the unscented
 transform, as a test of smoothness).
 """
 
@@ -22,12 +23,16 @@ from ahead_of_time import kernel
 
 FREE, OCCUPIED, UNKNOWN = 0, 1, 2
 
-PLANE, SILENT, AMBIGUOUS = 0, 1, 2
-"""What a prediction is: the range to a plane; nothing within the limit; something that no range can be said for."""
+PLANE, SILENT, AMBIGUOUS, EDGE = 0, 1, 2, 3
+"""What a prediction is: the range to a plane; nothing within the limit; something that no range can be said for; the
+range to an edge.
+"""
 RAY_GAP = math.radians(2.0)
 """Between the rays of a cone."""
 BORDER_RAYS = 1
 """A foot nearer to the border of the cone than this many rays may be just outside of it."""
+EDGE_BORDER_RAYS = 3
+"""The same of an edge, whose echo is weaker there."""
 PLANE_RAYS = 4
 """Rays on either side of the foot that must meet the same plane."""
 PLANE_LEAST = 0.10
@@ -88,7 +93,8 @@ def echo(
 ) -> tuple[int, float, float]:
     """What a sensor at x, y (m from the grid's corner), that looks along an axis (rad), hears of the map.
 
-    grid: uint8 (rows, columns). Returns (PLANE, SILENT or AMBIGUOUS; distance, m; direction of the plane's foot, rad).
+    grid: uint8 (rows, columns). Returns (PLANE, EDGE, SILENT or AMBIGUOUS; distance, m; direction of the plane's foot
+    or of the edge, rad).
     """
     x, y, axis = sensor
     half, limit, tolerance = cone.half, cone.limit, cone.tolerance
@@ -113,9 +119,11 @@ def echo(
     if foot < BORDER_RAYS or foot > n - 1 - BORDER_RAYS:
         return AMBIGUOUS, math.nan, math.nan
     reach = max(PLANE_RAYS, int(math.ceil(math.atan2(PLANE_LEAST, best) / gap)))
-    if not _flat(distances, foot, reach, gap, tolerance):
+    if _flat(distances, foot, reach, gap, tolerance):
+        return PLANE, best, axis - half + foot * gap
+    if foot < EDGE_BORDER_RAYS or foot > n - 1 - EDGE_BORDER_RAYS:
         return AMBIGUOUS, math.nan, math.nan
-    return PLANE, best, axis - half + foot * gap
+    return EDGE, best, axis - half + foot * gap
 
 
 @kernel
@@ -143,11 +151,11 @@ def predict(
 
     All in the grid's frame (m from its corner, rad): base: x, y of the pose that is uncertain; sensor: x, y, axis of
     the sensor, rigidly with it (at the time of its burst). axes: float64 (k, 3), displacements of x, y, yaw to try on
-    either side. Returns (PLANE, SILENT or AMBIGUOUS; distance, m; slopes of the distance with x, y (m/m) and yaw
+    either side. Returns (PLANE, EDGE, SILENT or AMBIGUOUS; distance, m; slopes of the distance with x, y (m/m) and yaw
     (m/rad)).
     """
     what, distance, direction = echo(grid, resolution, sensor, cone)
-    if what != PLANE:
+    if what not in (PLANE, EDGE):
         return what, distance, 0.0, 0.0, 0.0
     base_x, base_y = base
     sensor_x, sensor_y, axis = sensor
@@ -161,7 +169,8 @@ def predict(
             x, y = base_x + dx + c * arm_x - s * arm_y, base_y + dy + s * arm_x + c * arm_y
             other, moved, _ = echo(grid, resolution, (x, y, axis + turn), cone)
             off = abs(moved - distance - slope_x * dx - slope_y * dy - slope_yaw * turn)
-            if other != PLANE or off > cone.tolerance:
+            like = other == PLANE or other == what  # about an edge there may be the plane that it ends
+            if not like or off > cone.tolerance:
                 return AMBIGUOUS, math.nan, 0.0, 0.0, 0.0
     return what, distance, slope_x, slope_y, slope_yaw
 

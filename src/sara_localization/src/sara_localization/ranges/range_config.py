@@ -71,6 +71,8 @@ class RangeConfig:
     """s from the burst of a reading to its stamp, filters included."""
     range_sigma_hit: float = 0.05
     """m; greater than a single reading's scatter, as readings of the same wall err together."""
+    range_sigma_edge: float = 0.12
+    """m; the same of an edge, such as a jamb's; 0: edges are not used."""
     gate: float = 2.0
     """Standard deviations from which on a reading is not of the map."""
     max_innovation: float = 0.3

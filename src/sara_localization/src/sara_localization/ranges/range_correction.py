@@ -1,12 +1,13 @@
 """A dead-reckoned pose corrected by what range sensors hear of a known map.
 
 The state is the robot's pose in the map (x, y, yaw) with its covariance; dead reckoning moves it, and its variance
-grows with the way and the turning. Each range for which the map predicts one plane (map_echo.py) is a scalar
-measurement of an extended Kalman filter:
+grows with the way and the turning. Each range for which the map predicts one plane or one edge (map_echo.py) is a
+scalar measurement of an extended Kalman filter:
 
     y = z - h(x),  S = H P H' + R,  K = P H' / S,  x <- x + K y,  P <- (I - K H) P (I - K H)' + K R K'
 
-H is the plane's normal, and the lever of the sensor about the robot: what lies along a wall is not corrected by it.
+H is the plane's normal, or the direction to the edge, and the lever of the sensor about the robot: what lies along a
+wall is not corrected by it.
 With `turn_scale_sigma` there is a fourth state, the scale of the dead reckoning's turns. It is constant; each turn
 correlates it with the heading, so that ranges correct it, too.
 Method: J. Leonard, H. Durrant-Whyte, "Mobile robot localization by tracking geometric beacons", 1991 (validation gate,
@@ -214,12 +215,12 @@ class RangeCorrection:
         found = self._predicted(r, here)
         if isinstance(found, str):
             return found
-        distance, H = found
-        y, S = r.range - distance, float(H @ self.P @ H) + c.range_sigma_hit**2
+        distance, H, sigma = found
+        y, S = r.range - distance, float(H @ self.P @ H) + sigma**2
         if y * y > c.gate**2 * S or abs(y) > c.max_innovation:
             return 'shorter' if y < 0.0 else 'longer'
         self._passed[r.name] = r.stamp, y
-        if passed is None or r.stamp - passed[0] > c.twice_within or abs(passed[1] - y) > c.gate * c.range_sigma_hit:
+        if passed is None or r.stamp - passed[0] > c.twice_within or abs(passed[1] - y) > c.gate * sigma:
             return 'first'
         last = self._used.get(r.name)
         if (
@@ -229,7 +230,7 @@ class RangeCorrection:
         ):
             return 'same_place'
         self._used[r.name] = here
-        self._correct(H, y, S)
+        self._correct(H, y, sigma, S)
         return 'used'
 
     def fault(self, r: RangeData) -> str:
@@ -264,7 +265,7 @@ class RangeCorrection:
         )
 
     def _predicted(self, r, here):
-        """(distance, H (3,)) by the map, in the map's frame; or why there is none."""
+        """(distance, H (3,), standard deviation of the reading) by the map, in its frame; or why there is none."""
         c, m = self.config, self.map
         base, sensor, back = self._in_grid(r, here)
         # Half axes of the uncertainty, turned into the grid's frame.
@@ -275,15 +276,16 @@ class RangeCorrection:
             axes[k] = c.sigmas * dx, c.sigmas * dy, c.sigmas * L[2, k]
         cone = Cone(0.5 * r.field_of_view, c.range_max_range + c.max_innovation, c.plane_tolerance)
         what, distance, hx, hy, hyaw = map_echo.predict(m.cells, m.resolution, base[:2], sensor, cone, axes)
-        if what != map_echo.PLANE:
+        sigma = {map_echo.PLANE: c.range_sigma_hit, map_echo.EDGE: c.range_sigma_edge}.get(what, 0.0)
+        if sigma == 0.0:
             return 'not_predicted' if what == map_echo.SILENT else 'ambiguous'
-        return distance, np.array([back[0] * hx - back[1] * hy, back[1] * hx + back[0] * hy, hyaw])
+        return distance, np.array([back[0] * hx - back[1] * hy, back[1] * hx + back[0] * hy, hyaw]), sigma
 
-    def _correct(self, H, y, S):
+    def _correct(self, H, y, sigma, S):
         H = np.append(H, 0.0)
         K = self._P @ H / S
         G = np.eye(4) - np.outer(K, H)
-        P = G @ self._P @ G.T + self.config.range_sigma_hit**2 * np.outer(K, K)
+        P = G @ self._P @ G.T + sigma**2 * np.outer(K, K)
         self._P = 0.5 * (P + P.T)
         if self.config.turn_scale_sigma > 0.0:
             self._P[3, 3] = max(self._P[3, 3], SURE_SCALE**2)

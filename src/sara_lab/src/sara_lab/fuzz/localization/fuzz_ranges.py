@@ -77,6 +77,7 @@ def _config(rng):
         'range_min_range': (0.0, 0.2),
         'range_delay': (0.0, 0.3),
         'range_sigma_hit': (1e-6, 0.05, 1e6),
+        'range_sigma_edge': (0.0, 1e-6, 0.12, 1e6),
         'gate': (1e-6, 2.0, 1e6),
         'max_innovation': (0.01, 0.3, 1e6),
         'sigmas': (0.01, 2.0, 100.0),
