@@ -309,6 +309,18 @@ def test_somebody_heard_and_then_hidden_makes_the_chair_creep_and_say_why_and_qu
     assert not any(decision.give_up for decision in ride.decisions)
 
 
+def test_nobody_is_said_to_be_expected_while_the_last_who_were_heard_are_forgotten():
+    ride = Ride()
+    ride.ranges = {'SLDD': 1.6, 'SLID': 0.45}
+    ride.go(3.1)
+    ride.guard.on_impact(ride.t, True)  # between two readings, and forgotten between two
+    ride.command = 0.4, 0.0
+    ride.go(CONFIG.after_contact + 1.0)
+    told = [(decision.state, decision.reason) for decision in ride.decisions]
+    assert told[-100] == (State.SLOWED, Reason.PEOPLE) and told[-1][0] is State.DRIVING
+    assert (State.SLOWED, Reason.EXPECTED) not in told
+
+
 def test_a_wall_that_a_turn_which_has_just_begun_brings_into_a_cone_is_nobody():
     ride = Ride()
     ride.ranges = {'STI': 2.1}

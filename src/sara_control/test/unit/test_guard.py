@@ -183,6 +183,25 @@ def test_a_frozen_imu_is_named_from_the_frame_that_tells_of_it_to_the_first_that
     assert (chair.decision.state, chair.decision.reason) == (State.WAITING, Reason.IMU_FROZEN)
 
 
+def test_what_the_chairs_own_joystick_drives_to_does_not_approach_by_itself():
+    chair = Chair(3)
+    guard, zones = chair.guard, chair.guard.zones
+    filtered = guard.on_range
+    guard.on_range = lambda *reading: guard.on_raw_range(*reading) and filtered(*reading)
+    chair.run(1.0)
+    chair.mode, chair.wall, chair.tell = 1, 3.0, lambda _: None
+    chair.told, chair.told_at = (0.4, 0.0), math.inf  # by the stick
+    chair.run(5.0)
+    assert chair.decision.state is State.MANUAL and chair.echoes[-1] < 1.2
+    assert not zones.pedestrian_moving and not zones.pedestrians_nearby(chair.t)
+    chair.told = (0.0, 0.0)
+    chair.run(1.0)
+    for _ in range(5):
+        chair.wall -= 0.1
+        chair.run(0.2)
+    assert zones.pedestrian_moving, 'who walks to a chair that stands approaches'
+
+
 def test_one_lost_frame_of_any_kind_stops_nothing():
     """Even where the frames beside it jitter the wrong way; 200 losses."""
     for seed in range(5):

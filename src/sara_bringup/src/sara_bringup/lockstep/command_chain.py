@@ -95,7 +95,7 @@ class CommandChain:
 
     def _pass_on(self, selected, now):
         self.guard.on_source(self.mux.driver)
-        if self.mux.take_preempted():
+        if 'navigation' in self.mux.take_preempted():
             self.cancel = 'The user has taken over.'
         if selected is not None:
             v, w = (selected.v, selected.w) if self.assist is None else self.assist(selected, now)

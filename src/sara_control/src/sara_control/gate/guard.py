@@ -44,6 +44,16 @@ class Guard:
         """{kind: how many readings were dropped}."""
         return self.plausibility.dropped
 
+    @property
+    def _by_hand(self):
+        """Whether the chair's own joystick drives."""
+        return self._pc_drives is False
+
+    @property
+    def _speed(self):
+        """m/s: as commanded, which is known first; as the wheels roll where others command them."""
+        return self.plausibility.rolling if self._by_hand else self.comfort.v
+
     def _drop(self, kind):
         self.dropped[kind] = self.dropped.get(kind, 0) + 1
         return False
@@ -81,14 +91,15 @@ class Guard:
     def on_range(self, stamp: float, name: str, distance: float) -> bool:
         """A range, see Zones. False if it is dropped."""
         self._bus = stamp
-        if not self.zones.on_range(name, distance, stamp, self.comfort.v, self._turn_rate):
+        if not self.zones.on_range(name, distance, stamp, self._speed, self._turn_rate):
             return self._drop('range not known or not possible')
         self._ranges[name] = stamp
         return True
 
     def on_raw_range(self, stamp: float, name: str, distance: float) -> bool:
         """A raw range, before any filter, see Zones. False if it is dropped."""
-        if not self.zones.on_raw_range(name, distance, stamp, self.comfort.v, self._turn_rate, self.comfort.moving):
+        moves = self.comfort.moving or self._by_hand
+        if not self.zones.on_raw_range(name, distance, stamp, self._speed, self._turn_rate, moves):
             return self._drop('raw range not known or not possible')
         return True
 

@@ -51,6 +51,13 @@ class Plausibility:
         self._runaway = self._contrary = 0
         self.fault = None
 
+    @property
+    def rolling(self) -> float:
+        """The wheels' mean speed, m/s, forward positive; 0 before both are known."""
+        right, left = self._wheels
+        mean = 0.5 * (right.speed + left.speed) * self.config.wheel_radius
+        return 0.0 if math.isnan(mean) else mean
+
     def _follow(self, wheel, speed, stamp):
         """A _Wheel turned at a speed (rad/s) at stamp (s)."""
         wheel.speed, wheel.stamp = speed, stamp

@@ -200,9 +200,9 @@ class SafetyGate:
         if near:
             return self._decision(State.SLOWED if factor > 0.0 else State.BLOCKED, self._side(near), False, waits)
         if cautious < 1.0:
-            return self._decision(
-                State.SLOWED, Reason.PEOPLE if zones.pedestrians_nearby(t) else Reason.EXPECTED, False, waits
-            )
+            # Heard last at the newest reading: they may be forgotten by now, and are not expected therefore.
+            only_expected = zones.caution.expected and not zones.pedestrians_nearby(t)
+            return self._decision(State.SLOWED, Reason.EXPECTED if only_expected else Reason.PEOPLE, False, waits)
         return self._decision(State.DRIVING if comfort.moving or _moves(command) else State.IDLE, None, False)
 
     def _out_of_patience(self, dt, blocked, commanded):

@@ -7,7 +7,8 @@ nothing for longer, blocks all sources of a lower priority. So far twist_mux.
 Beyond it, a driving source that times out is followed by one command of zero. A source that is preempted by another, by
 a lock or by the robot's own joystick is ignored until it sends zero or pauses for its timeout: what the user has
 interrupted does not resume by itself. One that waits, with commands of zero, while another moves the robot away counts
-as preempted, too: its goal is not to go on from there.
+as preempted, too: its goal is not to go on from there. Who goes on commanding all the same is told again every second:
+it may be about another goal by now.
 """
 
 import math
@@ -19,6 +20,7 @@ from sara_common.config import ConfigError
 NO_DRIVER = 'nobody'
 ROBOT = 'the joystick of the chair'
 AHEAD = 0.1  # s: older commands have a stamp before now; a command from the future was given on another clock
+AGAIN = 1.0  # s until a source that goes on although it was told that it is preempted is told again
 KEYS = ('name', 'topic', 'timeout', 'priority')
 
 
@@ -97,15 +99,15 @@ def _read(entries, kind, faults):
 
 @dataclass
 class _Input:
-    """The latest command of a source. blocked: it was preempted, and is ignored for now. told: that it is preempted was
-    told while it waited.
+    """The latest command of a source. blocked: it was preempted, and is ignored for now. told: when (s) it was told
+    that it is preempted, -inf where it is not.
     """
 
     v: float = 0.0
     w: float = 0.0
     stamp: float = -math.inf
     blocked: bool = False
-    told: bool = False
+    told: float = -math.inf
 
     @property
     def moves(self) -> bool:
@@ -139,7 +141,9 @@ class Mux:
         self._now = -math.inf
 
     def take_preempted(self) -> tuple[str, ...]:
-        """Names of the sources that were preempted since the last call: their goals are to be cancelled."""
+        """Names of the sources that were told since the last call that they are preempted: their goals are to be
+        cancelled.
+        """
         names, self._preempted = self._preempted, ()
         return names
 
@@ -213,7 +217,7 @@ class Mux:
         least = self.locked(t)
         active = [pair for pair in self._all if not _timed_out(t, *pair)]
         before, self.driver = self.driver, self._driver(active, least)
-        self._block(active, least)
+        self._block(active, least, t)
         if self.driver == before:
             return None
         if self.driver in (NO_DRIVER, ROBOT):
@@ -221,25 +225,23 @@ class Mux:
         latest = self._inputs[self.driver]
         return SelectedCommand(latest.v, latest.w, self.driver)
 
-    def _block(self, active, least):
+    def _block(self, active, least, t):
         """Blocks the sources that command a motion and are preempted by a driver or a lock of a higher priority; tells
-        of those that wait while a driver of a higher priority moves the robot.
+        of them, and of those that wait while a driver of a higher priority moves the robot.
         """
         moved = -1  # the priority below which somebody else moves the robot
         if self.driver in self._sources:
             priority = self._sources[self.driver].priority
             least = max(least, priority)
             moved = priority if self._inputs[self.driver].moves else -1
-        for latest in self._inputs.values():
-            latest.told = latest.told and (self._taken or moved >= 0)
         for source, latest in active:
-            if latest.moves:
-                preempted = not latest.blocked and (self._taken or source.priority < least)
-                latest.blocked |= preempted
-            else:
-                preempted = not latest.told and (self._taken or source.priority < moved)
-            if preempted:
-                latest.told = True
+            preempted = self._taken or source.priority < (least if latest.moves else moved)
+            driven_out = preempted and latest.moves and not latest.blocked
+            latest.blocked |= driven_out
+            if not preempted and not (latest.blocked and latest.moves):
+                latest.told = -math.inf
+            elif driven_out or not 0.0 <= t - latest.told < AGAIN:
+                latest.told = t
                 self._preempted += (source.name,)
 
 
