@@ -38,3 +38,11 @@ class DriverConfig:
             faults.append(fault(self, 'baud', 'are whole numbers of 1 or more'))
         if faults:
             raise ConfigError(faults)
+
+
+def prefixed(frame_id: str, prefix: object) -> str:
+    """The frame of a robot that is told apart by `tf_prefix`: PREFIX/FRAME; one with a slash before it is meant as it
+    stands. Without leading slashes, which tf2 does not take.
+    """
+    prefix = str(prefix or '').strip('/')
+    return f'{prefix}/{frame_id}' if prefix and not frame_id.startswith('/') else frame_id.lstrip('/')

@@ -49,6 +49,7 @@ class DriverTest(unittest.TestCase):
         self.heard = {'fix': [], 'vel': [], 'time_reference': []}
         for topic, kind in (('fix', NavSatFix), ('vel', TwistStamped), ('time_reference', TimeReference)):
             rospy.Subscriber(topic, kind, self.heard[topic].append)
+        rospy.set_param('/tf_prefix', '/robot_1')
         command = ['rosrun', 'nmea_navsat_driver', 'nmea_serial_driver', f'_port:={self.path}', '_frame_id:=antenna']
         self.driver = subprocess.Popen(command)
 
@@ -66,7 +67,7 @@ class DriverTest(unittest.TestCase):
     def test_topics_and_a_port_that_comes_again(self):
         self._until_heard(3)
         fix, velocity = self.heard['fix'][-1], self.heard['vel'][-1]
-        self.assertEqual((fix.header.frame_id, velocity.header.frame_id), ('antenna', 'antenna'))
+        self.assertEqual((fix.header.frame_id, velocity.header.frame_id), ('robot_1/antenna',) * 2)
         self.assertAlmostEqual(fix.latitude, 40.51, 7)
         self.assertAlmostEqual(fix.position_covariance[4], 2.25)
         self.assertAlmostEqual(velocity.twist.linear.x, 1.0, 5)

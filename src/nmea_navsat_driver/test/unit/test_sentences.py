@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from nmea_navsat_driver import fields
-from nmea_navsat_driver.config import DriverConfig
+from nmea_navsat_driver.config import DriverConfig, prefixed
 from nmea_navsat_driver.receiver import (
     APPROXIMATED,
     DIAGONAL,
@@ -207,3 +207,11 @@ def test_wrong_parameters_are_named():
     with pytest.raises(ConfigError) as told:
         DriverConfig(port='', baud=0, epe_quality1=-1.0)
     assert len(told.value.faults) == 3
+
+
+@pytest.mark.parametrize(
+    'frame, prefix, whole',
+    [('gps', None, 'gps'), ('gps', '/one/', 'one/gps'), ('/gps', 'one', 'gps'), ('/gps', '', 'gps')],
+)
+def test_a_robot_with_a_tf_prefix_has_its_own_antenna(frame, prefix, whole):
+    assert prefixed(frame, prefix) == whole

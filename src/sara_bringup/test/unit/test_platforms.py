@@ -64,6 +64,7 @@ def broken(tmp_path, file, old, new):
          'joystick_node refuses it: max_forward and max_turn are 9 and 4.5 rad/s, allowed are 13.37 together'),
         (LINES, '  dbc: kate                       #',
          '  dbc: kiti                       #', "the bus: bus description is 'kiti'"),
+        (LINES, '  dbc: kate\n', '  dbc: sara\n', 'diff_drive_controller/dbc is sara, read/dbc kate'),
         ('kate.dbc', 'BO_ 562 RANGES_2', 'BO_ 561 RANGES_2', '0x231 is RANGES_1 and RANGES_2'),
         ('kate.dbc', 'BO_ 576 BATTERY', 'BO_ 576 BATTERIE', 'has no message BATTERY'),
         ('kate.dbc', ' SG_ ML : 16|16@1+ (0.01,0) [0|0] "m" PC\n', '', 'leaves out ML'),

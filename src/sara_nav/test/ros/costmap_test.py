@@ -255,6 +255,17 @@ class CostmapTest(unittest.TestCase):
         client.update_configuration({'width': 2, 'height': 3})
         self.until(lambda: (self.rolling.grid.info.width, self.rolling.grid.info.height) == (40, 60), 'not resized')
 
+    def test_7_the_next_start_finds_what_was_written_and_what_was_tuned(self):
+        client = Client('/early/costmap', timeout=30)
+        self.assertEqual(client.get_configuration()['robot_radius'], 0.3)
+        self.assertEqual(rospy.get_param('/early/costmap/width'), 5.5, 'what clients see is a whole number')
+        self.assertFalse(rospy.has_param('/early/costmap/inflation_radius'), 'moved as by the C++ costmap')
+        self.assertEqual(rospy.get_param('/early/costmap/inflation_layer/inflation_radius'), 0.8)
+        self.assertFalse(rospy.has_param('/early/costmap/robot_radius'), 'it would hide the one above')
+        client.update_configuration({'robot_radius': 0.4})
+        self.assertEqual(rospy.get_param('/early/costmap/robot_radius'), 0.4)
+        self.assertFalse(rospy.has_param('/early/costmap/footprint'))
+
     def test_8_what_is_wrong_is_dropped_and_counted_and_the_node_lives(self):
         before = self.count('no_transform')
         self.until(

@@ -155,6 +155,54 @@ def test_layers_come_in_their_order_and_take_old_places_too():
     assert parameters.left_over() == []
 
 
+def test_before_hydro_the_costmaps_own_goes_before_what_a_layer_kept_and_is_moved():
+    settings, parameters = read({'inflation_radius': 0.8, 'inflation_layer': {'inflation_radius': 0.9}})
+    assert settings.layers[-1][2].inflation_radius == 0.8
+    assert parameters.moved == {K + 'inflation_radius': K + 'inflation_layer/inflation_radius'}
+    assert parameters.warnings == parameters.left_over() == []
+    settings, parameters = read({'inflation_layer': {'inflation_radius': 0.9}})
+    assert settings.layers[-1][2].inflation_radius == 0.9 and not parameters.moved
+
+
+def test_what_belongs_to_no_layer_and_to_no_source_is_said_to():
+    """A file that both costmaps load holds what one of them has no layer for, as Husky's does."""
+    told = read(
+        {
+            'plugins': plugins('costmap_2d::ObstacleLayer'),
+            'obstacle_range': 5.5,
+            'l0': {
+                'observation_sources': 'scan',
+                'scan': {'obstacle_range': 2.0, 'raytrace_range': 3.0},
+                'bump': {'a': 1},
+            },
+            'static': {'map_topic': '/map', 'subscribe_to_updates': True},
+        }
+    )[1]
+    assert told.faults == told.left_over() == []
+    assert told.warnings == [
+        f'the parameters under {K}l0/bump/ (a) have no effect: there is no observation source of that name',
+        f'the parameters under {K}static/ (map_topic, subscribe_to_updates) have no effect: '
+        'there is no layer of that name',
+        f'parameter {K}obstacle_range has no effect: no observation source looks for it there',
+    ]
+    early = read({'observation_sources': 'scan', 'scan': {'topic': 'a'}, 'obstacle_layr': {'enabled': False}})[1]
+    assert early.left_over() == [] and len(early.warnings) == 1
+    assert early.warnings[0].endswith('there is no layer of that name (is obstacle_layer meant?)')
+
+
+@pytest.mark.parametrize(
+    'tree, elsewhere',
+    [
+        ({}, {'footprint', 'robot_radius', 'footprint_padding'}),
+        ({'footprint_padding': 0.1}, {'footprint', 'robot_radius'}),
+        ({'robot_radius': 0.3}, {'footprint_padding'}),
+        ({'footprint': '[[1, 1], [-1, 1], [-1, -1]]', 'footprint_padding': 0.1}, set()),
+    ],
+)
+def test_what_of_the_footprint_is_set_elsewhere(tree, elsewhere):
+    assert set(sound(tree, robot_radius=0.4).elsewhere) == elsewhere
+
+
 def test_the_form_from_before_hydro():
     settings, parameters = read(
         {

@@ -295,6 +295,12 @@ def test_defaults_are_the_peers():
     ) == (0.55, 0.1, 0.4, 0.1, 3, 10, 20, True, False)
 
 
+def test_no_sample_sideways_is_no_fault():
+    """TurtleBot3's file says so; the C++ planner takes 1 for it."""
+    assert DWAPlannerConfig(vy_samples=0).faults() == []
+    assert DWAPlannerConfig(vx_samples=0).faults() != []
+
+
 @pytest.mark.parametrize(
     'config, text',
     [

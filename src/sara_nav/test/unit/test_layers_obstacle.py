@@ -266,6 +266,19 @@ def test_observations_that_make_no_sense_are_dropped_and_counted():
     assert layer.counts['sensors_off_the_map'] == 1
 
 
+def test_a_window_that_is_not_about_the_robot_yet_is_no_complaint():
+    """At the start its corner is at the origin, and a scanner behind the robot's middle off it."""
+    source = SourceConfig('scan', clearing=True, marking=True)
+    layer = ObstacleLayer('obstacles', ObstacleConfig(sources=(source,)))
+    config = CostmapConfig(rolling_window=True, width=4, height=4)
+    costmap = LayeredCostmap(config, [layer], np.ones((1, 2)))
+    layer.add_observation(Observation('scan', 0.0, (-0.03, 0.0, 0.2), np.array([[1.0, 0.0, 0.2]])))
+    costmap.update(0.0, None)
+    assert layer.counts['sensors_off_the_map'] == 0
+    costmap.update(0.1, Pose2D(0.0, 0.0, 0.0))
+    assert layer.counts['sensors_off_the_map'] == 0 and count(costmap, LETHAL) == 1
+
+
 def test_when_time_goes_back_old_stamps_hinder_nothing():
     costmap, layer = make()
     see(layer, 1.5, 1.5, stamp=100.0)

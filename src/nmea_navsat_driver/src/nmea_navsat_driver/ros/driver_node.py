@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import termios
 import threading
-from dataclasses import fields
+from dataclasses import fields, replace
 
 import rospy
 import serial
 from geometry_msgs.msg import TwistStamped
 from sensor_msgs.msg import NavSatFix, NavSatStatus, TimeReference
 
-from nmea_navsat_driver.config import DriverConfig
+from nmea_navsat_driver.config import DriverConfig, prefixed
 from nmea_navsat_driver.receiver import NO_FIX, Fix, Receiver, Velocity
 from nmea_navsat_driver.sentences import Lines
 from sara_common.config import ConfigError
@@ -128,13 +128,15 @@ def _time(reference, header, source):
 
 
 def _config() -> DriverConfig:
-    """From the private parameters; whole numbers are meant as such where a float is due. Raises ConfigError."""
+    """From the private parameters, and `tf_prefix` of the nearest namespace. Raises ConfigError."""
     given = rospy.get_param('~', {})
     known = {field.name: field for field in fields(DriverConfig)}
-    unknown = sorted(set(given) - set(known))
+    unknown = sorted(set(given) - {*known, 'tf_prefix'})
     if unknown:
         rospy.logwarn('%s has no parameter %s', rospy.get_name(), ', '.join(unknown))
-    return DriverConfig(**{name: value for name, value in given.items() if name in known})
+    config = DriverConfig(**{name: value for name, value in given.items() if name in known})
+    where = rospy.search_param('tf_prefix')
+    return replace(config, frame_id=prefixed(config.frame_id, where and rospy.get_param(where)))
 
 
 def main() -> None:

@@ -29,6 +29,10 @@ SIGNALS = {
 def findings(platform: Platform, bus: BusDescription) -> Iterator[str]:
     """A sentence for each contradiction."""
     yield from _messages(bus)
+    read = platform.parameters('read').get('dbc', platform.name)
+    driven = platform.parameters('diff_drive_controller').get('dbc', read)
+    if read != driven:
+        yield f'diff_drive_controller/dbc is {driven}, read/dbc {read}: commands would go out as frames of another bus'
     ranges = bus.ranges
     on_the_bus = [name for names in ranges.values() for name in names]
     yield from _twice('the bus', on_the_bus, 'holds the ranges of {} in two frames')

@@ -1,7 +1,8 @@
 """dynamic_reconfigure from a frozen dataclass: its fields are the parameters, its ``faults()`` the judge of new values.
 
 No generated code: the description that clients such as rqt_reconfigure ask for is built from the dataclass. The values
-in force are written to the parameter server at start, as the C++ servers do; unlike theirs, a start changes no value.
+in force are written to the parameter server at start and after each change, as the C++ servers do; unlike theirs, a
+start changes no value.
 """
 
 import dataclasses
@@ -78,12 +79,27 @@ class Description:
         return min(max(value, self.min[name]), self.max[name])
 
 
+class _Server(Server):
+    """A Server that leaves it to ``write`` what goes to the parameter server: the values in force, not those that
+    clients see, of which some are rounded.
+    """
+
+    def __init__(self, write: Callable[[], None], *args: Any):
+        self._write = write
+        super().__init__(*args)
+
+    def _copy_to_parameter_server(self):
+        self._write()
+
+
 class Reconfigure:
     """A dynamic_reconfigure server for one configuration.
 
     namespace: '' for the node's own, or a name below it ('global_costmap/inflation_layer'). config: frozen dataclass
     with ``faults()``. limits, names, whole: see Description. callback: called with the new configuration, from a
-    service's thread; returns '' when it is in force, or the sentence why it is not. ``config`` is the one in force.
+    service's thread; returns '' when it is in force, or the sentence why it is not. elsewhere: fields that are not set
+    in this namespace; they are written to it once they are changed, for before that they would hide from the next start
+    what is set in a namespace above. ``config`` is the one in force.
     """
 
     def __init__(
@@ -94,6 +110,7 @@ class Reconfigure:
         callback: Callable[[Any], str],
         names: Iterable[str] | None = None,
         whole: Iterable[str] = (),
+        elsewhere: Iterable[str] = (),
     ):
         self.config = self._at_start = config
         self._namespace = namespace
@@ -101,16 +118,23 @@ class Reconfigure:
         self._description = Description(config, limits, names, whole)
         self._offered = None
         self._lock = threading.RLock()
-        at = f'~{namespace}/' if namespace else '~'
-        for name, default in self._description.defaults.items():
-            rospy.set_param(at + name, getattr(config, name, default))
-        self._server = Server(self._description, self._on_wanted, namespace)
+        self._elsewhere = frozenset(elsewhere)
+        self._write()
+        self._server = _Server(self._write, self._description, self._on_wanted, namespace)
 
     def close(self) -> None:
         """Take the server down."""
         self._server.set_service.shutdown()
         self._server.descr_topic.unregister()
         self._server.update_topic.unregister()
+
+    def _write(self):
+        """Put the values in force on the parameter server."""
+        at = f'~{self._namespace}/' if self._namespace else '~'
+        for name, default in self._description.defaults.items():
+            value = getattr(self.config, name, default)
+            if name not in self._elsewhere or value != getattr(self._at_start, name):
+                rospy.set_param(at + name, value)
 
     def _on_wanted(self, wanted, _level):
         """Take what was changed: the Server clamps all fields, and values at start may lie outside; those stay."""

@@ -6,7 +6,7 @@ too, either as a parameter of the C++ peer that is not built here yet, or as unk
 
 import dataclasses
 import difflib
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import Any
 
 from sara_common.config import ConfigError
@@ -28,7 +28,7 @@ class Parameters:
     """A tree of parameters (nested dicts, as rospy.get_param gives a namespace), remembering what was read.
 
     above: values by name that a search found in the namespaces above the tree, for ``search``. ``faults`` and
-    ``warnings`` are lists of sentences; whoever reads parameters adds to them.
+    ``warnings`` are lists of sentences; whoever reads parameters adds to them. ``moved``: new path by old one.
     """
 
     def __init__(self, tree: dict, above: dict | None = None):
@@ -37,6 +37,7 @@ class Parameters:
         self._known = set()
         self.faults = []
         self.warnings = []
+        self.moved = {}
 
     def has(self, path: str) -> bool:
         """True when somebody set ``path`` ('a/b')."""
@@ -95,6 +96,31 @@ class Parameters:
             if path[len(group) :] not in harmless or harmless[path[len(group) :]] != self._values[path]
         ]
 
+    def unowned(self, prefix: str, owners: Iterable[str], what: str) -> None:
+        """Warn of each group of parameters below a prefix that belongs to none of the owners, and count it as read.
+
+        what: what an owner is, 'layer'.
+        """
+        depth, owners = len(prefix), list(owners)
+        below = [path[depth:] for path in self._values if path.startswith(prefix)]
+        groups = {path.split('/')[0] for path in below if '/' in path}
+        for group in sorted(groups - set(owners)):
+            paths = self.ignore(f'{prefix}{group}/')
+            if paths:
+                names = ', '.join(path[depth + len(group) + 1 :] for path in paths)
+                near = difflib.get_close_matches(group, owners, 1)
+                self.warnings.append(
+                    f'the parameters under {prefix}{group}/ ({names}) have no effect: there is no {what} of that name'
+                    + (f' (is {near[0]} meant?)' if near else '')
+                )
+
+    def unsearched(self, prefix: str, names: Iterable[str], why: str) -> None:
+        """Warn of those names in the namespace ``prefix`` that no search has come upon, and count them as read."""
+        for path in (prefix + name for name in names):
+            if path in self._values and path not in self._known:
+                self._known.add(path)
+                self.warnings.append(f'parameter {path} has no effect: {why}')
+
     def rename(self, prefix: str, old: str, new: str) -> None:
         """Take the value of an old name for that of the new one, which goes first where both are set."""
         if prefix + old not in self._values:
@@ -107,6 +133,12 @@ class Parameters:
             return
         self._values[prefix + new] = value
         self.warnings.append(f'parameter {prefix}{old} should be called {new}')
+
+    def move(self, old: str, new: str) -> None:
+        """Read the value at the path ``old`` at ``new``, whatever was set there; a node moves it on the server, too."""
+        self._known.add(old)
+        self._values[new] = self._values.pop(old)
+        self.moved[old] = new
 
     def adapt(self, path: str, change: Callable[[Any], Any]) -> None:
         """Put ``change(value)`` in the place of the value at ``path``, if there is one."""

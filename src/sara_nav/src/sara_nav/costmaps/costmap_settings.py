@@ -1,5 +1,8 @@
 """A costmap read from parameters under costmap_2d's names: with ``plugins``, or in the form from before Hydro.
 
+In that form the costmap's own parameters go before a layer's, as in the peer, which moves them into the layer's
+namespace: what was tuned is left there, and an edited YAML file must win against what the last run left.
+
 Every fault is collected and named; what has no effect is warned of.
 """
 
@@ -28,13 +31,17 @@ FROM_PARENT = {
 }
 """Parameters of a layer that are also read where they were before Hydro: in the costmap's own namespace."""
 OF_VOXELS = ('origin_z', 'z_resolution', 'z_voxels', 'mark_threshold', 'unknown_threshold', 'publish_voxel_map')
+SEARCHED = ('obstacle_range', 'raytrace_range')
+"""Parameters of an observation source that are looked for upward, from the layer's namespace on."""
 UNSET = (None, '', '[]', [])
 
 
 @dataclass(frozen=True)
 class CostmapSettings:
     """A costmap's whole configuration. layers: (name, layer class, its config) from the bottom up; ``unpadded``:
-    corners (k, 2) of the footprint, m; ``robot_radius``: what they were made from, None where a polygon was given."""
+    corners (k, 2) of the footprint, m; ``robot_radius``: what they were made from, None where a polygon was given.
+    elsewhere: those of the footprint's parameters that are not set in the costmap's own namespace.
+    """
 
     prefix: str
     config: CostmapConfig
@@ -44,6 +51,7 @@ class CostmapSettings:
     footprint_padding: float = 0.01
     footprint_topic: str = 'footprint'
     published_footprint_topic: str = 'footprint'
+    elsewhere: tuple = ()
 
     @property
     def footprint(self) -> np.ndarray:
@@ -104,6 +112,9 @@ def read_costmap(
     names = [name for name, _, _ in layers]
     if len(set(names)) < len(names):
         parameters.faults.append('{}plugins names a layer twice: {}'.format(prefix, ', '.join(names)))
+    early = () if parameters.has(prefix + 'plugins') else parameters.take(prefix + 'observation_sources', '').split()
+    parameters.unowned(prefix, [*names, *early], 'layer')
+    parameters.unsearched(prefix, SEARCHED, 'no observation source looks for it there')
     corners, radius, padding = _footprint(parameters, prefix, footprint, robot_radius)
     settings = CostmapSettings(
         prefix,
@@ -113,6 +124,7 @@ def read_costmap(
         radius,
         padding,
         *[parameters.search(prefix, name, 'footprint') for name in ('footprint_topic', 'published_footprint_topic')],
+        elsewhere=_elsewhere(parameters, prefix),
     )
     _warn(parameters, settings)
     return settings
@@ -154,13 +166,16 @@ def _layer(parameters, cls, prefix, own, **given):
         if field.name == 'sources':
             continue
         name, default = field.name, given.get(field.name, field.default)
-        if name in shared:
-            if name != 'track_unknown_space' and parameters.has(prefix + name) and parameters.has(own + name):
+        if name in shared and name != 'track_unknown_space' and parameters.has(prefix + name):
+            if not parameters.has(prefix + 'plugins'):
+                parameters.move(prefix + name, own + name)
+            elif parameters.has(own + name):
                 parameters.warnings.append(
                     'parameter {}{} has no effect on the layer {}, which has its own'.format(
                         prefix, name, own.rstrip('/')
                     )
                 )
+        if name in shared:
             default = parameters.take(prefix + name, default)
         values[name] = parameters.take(own + name, default)
     if cls is RangeSensorLayer and parameters.has(own + 'transform_tolerance_'):
@@ -188,7 +203,7 @@ def _obstacles(parameters, prefix, own, config):
             for field in dataclasses.fields(SourceConfig)
             if field.name != 'name'
         }
-        for searched in ('obstacle_range', 'raytrace_range'):
+        for searched in SEARCHED:
             if not parameters.has(place + searched):
                 values[searched] = parameters.search(own, searched, values[searched])
         if values['inf_is_valid'] and values['data_type'] != 'LaserScan':
@@ -196,9 +211,18 @@ def _obstacles(parameters, prefix, own, config):
                 'parameter {}inf_is_valid has no effect on a {}'.format(place, values['data_type'])
             )
         sources.append(SourceConfig(name, **values))
+    parameters.unowned(own, names, 'observation source')
     return _layer(
         parameters, ObstacleLayer, prefix, own, sources=tuple(sources), track_unknown_space=config.track_unknown_space
     )
+
+
+def _elsewhere(parameters, prefix):
+    """Return which of the footprint's parameters are not set under the prefix; either of the first two hides both."""
+    shape = ('footprint', 'robot_radius')
+    nearer = any(parameters.has(prefix + name) for name in shape)
+    padding = () if parameters.has(prefix + 'footprint_padding') else ('footprint_padding',)
+    return padding if nearer else (*shape, *padding)
 
 
 def _footprint(parameters, prefix, footprint, robot_radius):

@@ -1,12 +1,23 @@
-"""What the nodes of this package share: a listener to TF without delay."""
+"""What the nodes of this package share: a listener to TF without delay, parameters that are moved."""
 
 import rospy
 import tf2_ros
 from geometry_msgs.msg import TransformStamped
 from tf2_msgs.msg import TFMessage
 
+from sara_nav.config.parameters import Parameters
+
 END_OF_TIME = 2**31
 """s, from where on a stamp ends the process within tf2's Python module."""
+
+
+def move_parameters(parameters: Parameters) -> None:
+    """Move on the parameter server what was read at another path of the node's, as costmap_2d does: a node that is
+    started anew then finds what was tuned, unless somebody has set the old path again.
+    """
+    for old, new in parameters.moved.items():
+        rospy.set_param(f'~{new}', rospy.get_param(f'~{old}'))
+        rospy.delete_param(f'~{old}')
 
 
 class TransformListener:

@@ -25,7 +25,7 @@ from sara_nav.costmaps.costmap_settings import CostmapSettings, read_costmap
 from sara_nav.costmaps.layered_costmap import CostmapConfig, LayeredCostmap
 from sara_nav.grids.footprint import FootprintError, circle_footprint, pad_footprint, parse_footprint
 from sara_nav.ros import conversions as conv
-from sara_nav.ros.common import TransformListener
+from sara_nav.ros.common import TransformListener, move_parameters
 from sara_nav.ros.costmap_inputs import CostmapInputs, FootprintInput
 from sara_nav.ros.costmap_publisher import CostmapPublisher
 
@@ -126,9 +126,9 @@ class CostmapShell:
             footprint='[]' if settings.robot_radius is not None else str(self._unpadded.tolist()),
             robot_radius=0.46 if settings.robot_radius is None else settings.robot_radius,
         )
-        self._servers = [Reconfigure(self.name, self._tuned, LIMITS, self._on_costmap, DYNAMIC, WHOLE)] + [
-            self._tune_layer(layer) for layer in costmap.layers.values()
-        ]
+        self._servers = [
+            Reconfigure(self.name, self._tuned, LIMITS, self._on_costmap, DYNAMIC, WHOLE, settings.elsewhere)
+        ] + [self._tune_layer(layer) for layer in costmap.layers.values()]
 
     # -- what the loop calls -----------------------------------------------------------------------------------
 
@@ -253,6 +253,7 @@ def main() -> None:
         sys.exit(1)
     for warning in parameters.warnings + parameters.left_over():
         rospy.logwarn('%s', warning)
+    move_parameters(parameters)
     tf = TransformListener()
     shell = CostmapShell(settings, settings.make(), tf)
     diagnostics, told_at = Diagnostics('costmap'), None

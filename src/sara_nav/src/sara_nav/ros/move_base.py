@@ -22,7 +22,7 @@ from sara_nav.move_base import warming
 from sara_nav.move_base.cycle_monitor import CycleWatch
 from sara_nav.move_base.settings import Settings, read_settings
 from sara_nav.ros import conversions as conv
-from sara_nav.ros.common import TransformListener
+from sara_nav.ros.common import TransformListener, move_parameters
 from sara_nav.ros.costmap_node import CostmapShell
 from sara_nav.ros.goal_requests import GoalRequests
 from sara_nav.ros.publishers import PlannerTopics
@@ -267,13 +267,15 @@ class MoveBaseNode:
 def main() -> None:
     """Run the node until ROS shuts down; exit status 1 when its parameters cannot be used."""
     start_node('move_base')
+    parameters = read_parameters()
     try:
-        settings = read_settings(read_parameters())
+        settings = read_settings(parameters)
     except ConfigError as error:
         rospy.logfatal('move_base cannot start: %s', error)
         sys.exit(1)
     for warning in settings.warnings:
         rospy.logwarn('%s', warning)
+    move_parameters(parameters)
     node = MoveBaseNode(settings)
     try:
         node.run()

@@ -87,7 +87,7 @@ class DWAPlannerConfig:
         'scaling_speed': (0.0, 20.0),
         'max_scaling_factor': (0.0, 10.0),
         'vx_samples': (1, 300),
-        'vy_samples': (1, 300),
+        'vy_samples': (0, 300),
         'vth_samples': (1, 300),
         'cheat_factor': (0.0, 1000.0),
         'controller_frequency': (0.0, 1000.0, True),

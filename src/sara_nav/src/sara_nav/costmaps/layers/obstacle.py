@@ -192,7 +192,7 @@ class ObstacleLayer(GridLayer):
                 ]
         for source in self.config.sources:
             for observation in self._seen[source.name] if source.clearing else ():
-                self._clear_rays(observation, source, windows)
+                self._clear_rays(observation, source, windows, pose)
         grid, highest = self.parent.geometry.grid, float(self.config.max_obstacle_height)
         for source in self.config.sources:
             for o in self._seen[source.name] if source.marking else ():
@@ -212,11 +212,12 @@ class ObstacleLayer(GridLayer):
                 points = points[rays.far_from(costs, g.grid, place, points, float(self.config.mapped_tolerance))]
         return points
 
-    def _clear_rays(self, observation, source, windows):
+    def _clear_rays(self, observation, source, windows, pose):
         g = self.parent.geometry
         x, y, _ = observation.origin
         if g.to_cell(x, y) is None:
-            self.drop('sensors_off_the_map', f'a sensor at ({x:.2f}, {y:.2f}) is off the map: nothing is cleared')
+            if pose is not None or not self.parent.config.rolling_window:  # else the window is not about the robot yet
+                self.drop('sensors_off_the_map', f'the clearing by a sensor at ({x:.2f}, {y:.2f}), off the map')
             return
         reach = math.ceil(source.raytrace_range / g.resolution)
         windows.add(*rays.clear_rays(self.costs, g.grid, (float(x), float(y)), observation.points, reach))
