@@ -107,6 +107,11 @@ export class Chair extends EventTarget {
     return this.state?.stopped === true || (this.state?.gate?.reasons ?? []).includes('EMERGENCY_STOP');
   }
 
+  /** Whether it says that nothing holds it up. */
+  get isFree() {
+    return !this.connection.isSilent && ['IDLE', 'DRIVING'].includes(this.state?.gate?.state);
+  }
+
   get isLost() {
     return this.state?.lost === true;
   }
@@ -114,6 +119,8 @@ export class Chair extends EventTarget {
   /** The key and values of the sentence that says what the chair does. */
   get sentence() {
     const gate = this.state?.gate;
+    if (this.connection.isSilent) return { key: 'ui.offline', values: {} };
+    if (gate?.state === 'SILENT') return { key: 'error.no_gate', values: {} };
     if (!gate?.state) return { key: 'ui.no_gate', values: {} };
     const reason = gate.reasons?.[0];
     if (this.isLost && ['IDLE', 'DRIVING'].includes(gate.state)) return { key: 'ui.where.lost', values: {} };
@@ -128,7 +135,7 @@ export class Chair extends EventTarget {
   get deviation() {
     const { asked, v, w, assist, gate } = this.state ?? {};
     const limits = this.welcome?.limits ?? {};
-    if (!asked) return null;
+    if (!asked || this.connection.isSilent) return null;
     const share = (value, most) => Math.max(-1, Math.min(1, value / (most || 1)));
     const shares = (v, w) => ({
       v: share(v, v < 0 ? limits.max_reverse ?? 0.4 : limits.max_forward ?? 0.8), w: share(w, limits.max_turn ?? 0.8),
@@ -151,7 +158,7 @@ export class Chair extends EventTarget {
   /** The key of why shared control does not help; null where it helps, or does not run. */
   get unhelped() {
     const does = this.state?.assist?.does;
-    return UNHELPED.has(does) ? `assist.${does}` : null;
+    return UNHELPED.has(does) && !this.connection.isSilent ? `assist.${does}` : null;
   }
 
   emit(op) {
