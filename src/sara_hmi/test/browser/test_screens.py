@@ -301,6 +301,20 @@ def test_a_lost_chair_is_told_where_it_is_by_one_tap(page, screen):
     assert page.js('document.querySelector(".where").hidden') is (screen != 'map')
 
 
+def test_a_chair_that_has_no_place_on_its_map_is_lost(page):
+    page.load('map')
+    page.until('sara.chair.image')
+    page.chair.state['pose'] = None
+    page.until(f'document.getElementById("sentence").textContent === "{LOST}"')
+    assert text(page, '.where p') == LOST
+    for button in ('[data-mark=chair]', '[data-look=chair]'):
+        page.driver.execute_script('sara.notice(null)')
+        page.click(button)
+        assert text(page, '#notice').startswith('The chair does not know where it is')
+    page.round_trip()
+    assert page.js('document.querySelector(".marker")') is None
+
+
 def test_the_map_says_whether_the_chair_is_sure(page):
     page.load('map')
     page.until('document.querySelector(".where p").textContent === "The chair is sure where it is."')

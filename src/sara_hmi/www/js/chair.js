@@ -112,8 +112,14 @@ export class Chair extends EventTarget {
     return !this.connection.isSilent && ['IDLE', 'DRIVING'].includes(this.state?.gate?.state);
   }
 
+  /** Whether it is lost: true, false, or null where nobody says. Who has a map and no place on it is lost, too. */
+  get lost() {
+    if (!this.state) return null;
+    return this.map && this.state.pose === null ? true : this.state.lost ?? null;
+  }
+
   get isLost() {
-    return this.state?.lost === true;
+    return this.lost === true;
   }
 
   /** The key and values of the sentence that says what the chair does. */
