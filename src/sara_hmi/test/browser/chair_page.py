@@ -18,16 +18,19 @@ class ChairPage(Page):
         self.limits(20_000, 20_000, 20_000)
         return self
 
-    def limits(self, stale_beat_ms=200, slow_ms=180, frozen_ms=300):
-        """What the page takes for a lost or a slow connection. It is patient until a test wants the real limits, so
-        that a busy machine is not taken for a slow network.
+    def limits(self, stale_beat_ms=200, slow_ms=180, frozen_ms=300, silent_ms=20_000, lost_ms=60_000):
+        """What the page takes for a lost, a slow or a silent connection. It is patient until a test wants less, so that
+        a busy machine is not taken for a slow network.
         """
         self.driver.execute_script(
             'Object.assign(sara.connection.limits, {staleBeatMs: arguments[0], slowMs: arguments[1]});'
+            'Object.assign(sara.connection.limits, {silentMs: arguments[3], lostMs: arguments[4]});'
             'sara.pump.frozenMs = arguments[2]',
             stale_beat_ms,
             slow_ms,
             frozen_ms,
+            silent_ms,
+            lost_ms,
         )
 
     def round_trip(self):

@@ -1,6 +1,7 @@
 """A server that speaks the page's protocol (docs/protocol.md) and records what it gets, without a chair behind it.
 
-Everything that a test depends on is done on command: states, places, answers; frames can be held on their way. It runs
+Everything that a test depends on is done on command: states, places, answers; frames can be held on their way, it can
+be silent, and files can be missing. It runs
 in a thread of its own; the test's thread calls its methods.
 """
 
@@ -87,6 +88,8 @@ class FakeChair:
         self.connections = 0
         self.answers_echo = True
         self.refuses = None
+        self.is_silent = False
+        self.missing = ()
         self._sockets = getattr(self, '_sockets', set())
         self._open = getattr(self, '_open', None)
 
@@ -166,7 +169,7 @@ class FakeChair:
 
     async def _send_all(self, frame):
         for socket in list(self._sockets):
-            if not socket.closed:
+            if not (socket.closed or self.is_silent):
                 await socket.send_str(json.dumps(frame))
 
     async def _cut(self):
@@ -177,7 +180,7 @@ class FakeChair:
     async def _file(self, request):
         self.requests.append(request.path)
         path = WWW / (request.match_info['path'] or 'index.html')
-        if not path.is_file():
+        if not path.is_file() or path.name in self.missing:
             return web.Response(status=404)
         headers = {'Content-Security-Policy': CSP, 'Cache-Control': 'no-cache'}
         if path.suffix == '.webmanifest':
@@ -202,7 +205,7 @@ class FakeChair:
         return socket
 
     async def _answer(self, socket, frame):
-        answer = getattr(self, f'_on_{frame["op"]}', None)
+        answer = None if self.is_silent else getattr(self, f'_on_{frame["op"]}', None)
         for reply in answer(frame) if answer else ():
             if isinstance(reply, bytes):
                 await socket.send_bytes(reply)

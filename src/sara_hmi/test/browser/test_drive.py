@@ -193,14 +193,18 @@ def test_a_slow_connection_is_said_and_does_not_drive(page):
     assert page.chair.frames('drive') == []
 
 
-@pytest.mark.parametrize('why', ['error.drive_late', 'error.drive_lift', 'error.drive_stopped'])
-def test_a_refused_command_ends_the_hold(page, why):
+@pytest.mark.parametrize('why, said', [
+    ('error.drive_late', 'too slow'), ('error.drive_lift', 'too slow'), ('error.drive_stopped', 'emergency stop'),
+    ('error.drive_unheard', 'takes commands'),
+])  # fmt: skip
+def test_a_refused_command_ends_the_hold_and_is_said(page, why, said):
     page.load('drive')
     page.chair.refuses = why
     x, y = page.middle('#stick')
     page.mouse('Pressed', x, y, held=True)
     page.mouse('Moved', x, y - UP, held=True)
     assert_at_rest(page)
+    assert said in page.js('document.getElementById("notice").textContent')
 
 
 @pytest.mark.parametrize('way, v, w', [('up', 0.7, 0.0), ('down', -0.7, 0.0), ('left', 0.0, 0.7), ('right', 0.0, -0.7)])
@@ -338,6 +342,21 @@ def test_who_drives_is_asked_for_the_controls_and_may_keep_them(page):
     )
     page.click('[data-answer=refuse]')
     assert page.chair.wait_for('refuse') == [{'op': 'refuse', 'session': 9}]
+
+
+@pytest.mark.parametrize('end', ['passed on', 'its time is over', 'cut'])
+def test_a_question_for_the_controls_goes_when_there_is_nothing_to_answer_any_more(page, end):
+    page.load('drive')
+    take_stick(page)
+    page.chair.send({'op': 'asked', 'session': 9, 'name': 'Ana', 'seconds': 1.0 if end == 'its time is over' else 99})
+    page.until('!document.getElementById("question").hidden')
+    if end == 'passed on':
+        page.chair.state['driver'] = 9
+    elif end == 'cut':
+        page.chair.cut()
+    page.until('document.getElementById("question").hidden && !document.getElementById("screen").inert')
+    page.round_trip() if end != 'cut' else None
+    assert page.chair.frames('grant', 'refuse') == []
 
 
 def test_the_profile_is_chosen_and_shown(page):

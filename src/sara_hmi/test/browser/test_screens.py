@@ -245,6 +245,45 @@ def test_why_says_what_happens_what_helps_and_what_was(page):
     assert len(silent) == 1 and 'silent' in silent[0]
 
 
+OFFLINE = 'No connection to the chair.'
+
+
+def test_what_a_chair_said_that_says_nothing_any_more_is_not_shown_as_the_present(page):
+    page.load('why')
+    page.chair.state |= {'gate': {'state': 'DRIVING', 'reasons': []}, 'v': 0.5}
+    page.until('document.querySelector(".big").textContent === "The chair follows its commands."')
+    assert text(page, '.help') == 'Nothing is in the way.'
+    page.chair.is_silent = True
+    page.limits(silent_ms=300)
+    page.until(f'document.getElementById("sentence").textContent === "{OFFLINE}"')
+    assert page.js('document.getElementById("sentence").dataset.kind') == 'grave'
+    assert (text(page, '.big'), text(page, '.help')) == (OFFLINE, '')
+    assert 'Battery' not in text(page, '#facts')
+    page.driver.execute_script('location.hash = "drive"')
+    page.until('document.querySelector(".speed")?.textContent === "– km/h"')
+    page.chair.is_silent = False
+    page.until('document.getElementById("sentence").textContent === "The chair follows its commands."')
+    assert page.chair.connections == 1
+
+
+def test_a_connection_that_stays_silent_is_opened_anew(page):
+    page.load('go')
+    page.chair.is_silent = True
+    page.limits(silent_ms=300, lost_ms=600)
+    page.until(f'document.getElementById("sentence").textContent === "{OFFLINE}"')
+    page.chair.wait_for('hello', count=2)
+    page.chair.is_silent = False
+    page.until('document.getElementById("sentence").textContent === "The chair is ready."')
+
+
+def test_that_the_safety_gate_has_gone_is_said(page):
+    page.load('why')
+    page.chair.state['gate'] = {'state': 'SILENT', 'reasons': []}
+    page.until('document.getElementById("sentence").dataset.kind === "grave"')
+    said = 'The part of the chair that guards its safety does not answer.'
+    assert (text(page, '#sentence'), text(page, '.big'), text(page, '.help')) == (said, said, '')
+
+
 LOST = 'The chair is not sure where it is.'
 
 
@@ -260,6 +299,20 @@ def test_a_lost_chair_is_told_where_it_is_by_one_tap(page, screen):
     page.chair.state['lost'] = False
     page.until('document.getElementById("sentence").textContent === "The chair is ready."')
     assert page.js('document.querySelector(".where").hidden') is (screen != 'map')
+
+
+def test_a_chair_that_has_no_place_on_its_map_is_lost(page):
+    page.load('map')
+    page.until('sara.chair.image')
+    page.chair.state['pose'] = None
+    page.until(f'document.getElementById("sentence").textContent === "{LOST}"')
+    assert text(page, '.where p') == LOST
+    for button in ('[data-mark=chair]', '[data-look=chair]'):
+        page.driver.execute_script('sara.notice(null)')
+        page.click(button)
+        assert text(page, '#notice').startswith('The chair does not know where it is')
+    page.round_trip()
+    assert page.js('document.querySelector(".marker")') is None
 
 
 def test_the_map_says_whether_the_chair_is_sure(page):
@@ -306,6 +359,29 @@ def test_settings_are_kept_and_the_language_changes_at_once(page):
     assert (kept['language'], kept['hands'], kept['contrast'], kept['dwell_time']) == ('es', 'left', 'high', 1.1)
     stop, tabs = page.middle('#stop')[0], page.middle('#tabs')[0]
     assert stop < tabs
+
+
+def test_a_language_whose_words_do_not_come_is_not_taken(page):
+    page.load('settings')
+    page.chair.missing = ('es.json',)
+    page.click('[data-value=es]')
+    page.until('document.getElementById("notice").textContent.startsWith("That was not sent")')
+    assert page.js('sara.settings.get("language")') == 'en'
+    assert page.js('document.querySelector("[data-value=en]").getAttribute("aria-pressed")') == 'true'
+    page.chair.missing = ()
+    page.click('[data-value=es]')
+    page.until('document.documentElement.lang === "es"')
+    page.driver.get_log('browser')  # says that the words were missing
+
+
+def test_a_page_whose_words_do_not_come_at_once_asks_again(page):
+    page.load('go')
+    page.chair.missing = ('en.json',)
+    page.driver.execute_script('location.reload()')
+    page.chair.wait(lambda: page.chair.requests.count('/words/en.json') > 2)
+    page.chair.missing = ()
+    page.until('window.sara && document.getElementById("sentence").textContent === "The chair is ready."')
+    page.driver.get_log('browser')
 
 
 @pytest.mark.parametrize('name, least, most', [('dwell_time', 0.3, 3.0), ('scan_period', 0.5, 5.0)])

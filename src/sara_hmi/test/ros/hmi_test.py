@@ -20,16 +20,16 @@ import numpy as np
 import rosnode
 import rospy
 import rostest
-from geometry_msgs.msg import PoseWithCovarianceStamped, TransformStamped, Twist
+from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped, TransformStamped, Twist
 from move_base_msgs.msg import MoveBaseAction
-from nav_msgs.msg import OccupancyGrid, Odometry
+from nav_msgs.msg import OccupancyGrid, Odometry, Path
 from PIL import Image
 from sensor_msgs.msg import Range
 from std_msgs.msg import Bool, Float32, String
 from std_srvs.srv import Trigger, TriggerResponse
 from tf2_msgs.msg import TFMessage
 
-from sara_nav.maps import edits
+from sara_nav.maps import edits, places
 from sara_nav.maps.edits import Edit
 
 PATIENCE_S = 30.0
@@ -96,7 +96,7 @@ class Robot:
         self.touched, self.stops, self.poses, self.profiles = [], [], [], []
         self.helps, self.overrides = [], []
         self.goal = None
-        rospy.Subscriber('/cmd_vel/touch', Twist, self._on_touch, tcp_nodelay=True)
+        self.listen_to_touch()
         rospy.Subscriber('/emergency_stop', Bool, lambda m: self.stops.append(m.data), tcp_nodelay=True)
         self.listen_to_poses()
         rospy.Subscriber('/safety_gate/profile', String, lambda m: self.profiles.append(m.data), tcp_nodelay=True)
@@ -106,7 +106,7 @@ class Robot:
         self.map = rospy.Publisher('/map', OccupancyGrid, queue_size=1, latch=True)
         self.tf = rospy.Publisher('/tf', TFMessage, queue_size=10)
         self.odometry = rospy.Publisher('/odometry/filtered', Odometry, queue_size=1)
-        self.asked = rospy.Publisher('/cmd_vel/mux', Twist, queue_size=1)
+        self.asked, self.mux_is_gone = None, threading.Event()
         self.range = rospy.Publisher('/SDI_range', Range, queue_size=1)
         self.lost = rospy.Publisher('/lost_probability', Float32, queue_size=1)
         self.refusal = ''
@@ -115,6 +115,9 @@ class Robot:
         self.server.start()
         self.end = threading.Event()
         threading.Thread(target=self._speak, daemon=True).start()
+
+    def listen_to_touch(self):
+        self.touch = rospy.Subscriber('/cmd_vel/touch', Twist, self._on_touch, tcp_nodelay=True)
 
     def listen_to_poses(self):
         self.set_pose = rospy.Subscriber('/set_pose', PoseWithCovarianceStamped, self.poses.append, tcp_nodelay=True)
@@ -151,10 +154,19 @@ class Robot:
             self.odometry.publish(odometry)
             asked = Twist()
             asked.linear.x, asked.angular.z = 0.5, 1.25
-            self.asked.publish(asked)
+            self._ask(asked)
             reading = Range(min_range=0.16, max_range=6.0, field_of_view=1.0, range=1.5)
             reading.header.frame_id = 'SDI_frame'
             self.range.publish(reading)
+
+    def _ask(self, asked):
+        """As cmd_vel_mux, which may be gone for a while."""
+        if self.mux_is_gone.is_set() and self.asked:
+            self.asked.unregister()
+            self.asked = None
+        elif not self.mux_is_gone.is_set():
+            self.asked = self.asked or rospy.Publisher('/cmd_vel/mux', Twist, queue_size=1)
+            self.asked.publish(asked)
 
 
 class HmiTest(unittest.TestCase):
@@ -385,6 +397,8 @@ class HmiTest(unittest.TestCase):
             await page.send('delete', name='sofa')
             await page.until('places', lambda f: 'sofa' not in f['places'], len(page.got))
             self.assertNotIn('sofa', pathlib.Path(self.places).read_text(encoding='utf-8'))
+            places.write(self.places, places.Place('stove', 1.0, 2.0, 0.0))  # as another program does
+            await page.until('places', lambda f: f['places'].get('stove') == [1.0, 2.0, 0.0])
 
         async def begun(page, _):
             await page.until('state', lambda f: f['pose'] == [3.0, 0.0, 0.0])
@@ -422,6 +436,66 @@ class HmiTest(unittest.TestCase):
         self.run_it(test)
         self.robot.status.publish('The chair is ready.')
 
+    def test_a_plan_is_shown_while_somebody_follows_it(self):
+        rospy.set_param('/move_base/base_global_planner', 'navfn/NavfnROS')
+        plans = rospy.Publisher('/move_base/NavfnROS/plan', Path, queue_size=1)
+        plan = Path(poses=[PoseStamped(), PoseStamped()])
+        plan.poses[1].pose.position.x = 2.0
+
+        async def test(page, _):
+            self.wait(lambda: plans.get_num_connections() > 0, 'nobody listens to the plan')
+            await page.send('go', pose=[2.0, 0.0, 0.0])
+            self.wait(self.robot.server.is_active, 'no goal comes')
+            plans.publish(plan)
+            await page.until('plan', lambda f: len(f['points']) == 2)
+            since = len(page.got)
+            self.robot.ending = ''
+            await page.until('plan', lambda f: f['points'] == [], since)
+
+        self.run_it(test)
+
+    def test_a_gate_that_has_gone_is_said_and_the_one_after_it_has_its_first_profile(self):
+        async def test(page, _):
+            await page.send('profile', name='gentle')
+            await page.until('profile', lambda f: f['profile'] == 'gentle')
+            since = len(page.got)
+            self.robot.status.unregister()
+            state = await page.until('state', lambda f: f['gate'] and f['gate']['state'] == 'SILENT', since)
+            self.assertFalse(state['connected']['safety_gate/status'])
+            await page.until('profile', lambda f: f['profile'] == 'brisk', since)
+            await page.send('profile', name='gentle')
+            self.assertEqual((await page.until('error'))['key'], 'error.no_gate')
+            await page.until('profile', lambda f: f['profile'] == 'brisk', len(page.got))
+            since = len(page.got)
+            self.robot.status = rospy.Publisher('/safety_gate/status', String, queue_size=1, latch=True)
+            self.robot.status.publish('The chair is ready.')
+            state = await page.until('state', lambda f: f['gate']['state'] == 'IDLE', since)
+            self.assertTrue(state['connected']['safety_gate/status'])
+
+        self.run_it(test)
+
+    def test_where_nobody_takes_the_commands_they_are_refused(self):
+        silent = self.robot.mux_is_gone
+
+        async def drives_until(page, ok):
+            since = len(page.got)
+            while not (found := [f for f in page.got[since:] if f['op'] == 'ack' and f['ok'] == ok]):
+                await page.drive(0.5)
+                await asyncio.sleep(0.1)
+            return found[0]
+
+        async def test(page, _):
+            await page.take()
+            for end, begin in ((self.robot.touch.unregister, self.robot.listen_to_touch), (silent.set, silent.clear)):
+                end()
+                refused = await drives_until(page, ok=False)
+                self.assertEqual(refused['why'], 'error.drive_unheard')
+                begin()
+                await drives_until(page, ok=True)
+
+        self.run_it(test)
+        self.ends_with_one_zero()
+
     def test_profile_and_pose(self):
         async def test(page, other):
             await page.send('profile', name='gentle')
@@ -458,6 +532,31 @@ class HmiTest(unittest.TestCase):
             self.assertEqual((await other.until('saved'))['key'], 'event.map_saved')
             await page.send('save_map')
             await page.until('error', lambda f: f['key'] == 'error.map_file')
+            service.shutdown()
+            await page.until('state', lambda f: not f['maps'])
+
+        self.run_it(test)
+
+    def test_an_order_for_which_there_is_no_room_is_refused(self):
+        hold = threading.Event()
+
+        def save(_request):
+            hold.wait(PATIENCE_S)
+            return TriggerResponse(True, '/maps/flat.yaml')
+
+        async def test(page, _):
+            service = rospy.Service('slam_gmapping/save', Trigger, save)
+            await page.until('state', lambda f: f['maps'])
+            await page.send('save_map')
+            for _ in range(80):
+                await page.send('say', key='goal.going')
+            await page.send('go', pose=[1.0, 0.0, 0.0])
+            await page.send('reset')
+            for op in ('go', 'reset'):
+                self.assertEqual((await page.until('error', lambda f, op=op: f['of'] == op))['key'], 'error.rate')
+            await page.until('state', lambda f: f['goal'] is None, len(page.got))
+            hold.set()
+            await page.until('saved')
             service.shutdown()
             await page.until('state', lambda f: not f['maps'])
 

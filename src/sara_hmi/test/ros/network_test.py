@@ -137,9 +137,27 @@ class NetworkTest(unittest.TestCase):
         self.assertEqual(again.print, node.print)
         self.assertNotEqual(again.code, node.code)
 
+        async def invited(role):
+            """A new code."""
+            async with self.visit(url=again.local) as rider:
+                await rider.send('hello', version=1)
+                return (await rider.ask('invite', 'invited', role=role))['code']
+
+        async def on_a_full_disk():
+            """A device is let in where nothing can be written."""
+            (folder / 'devices.json').unlink()
+            (folder / 'devices.json').mkdir()
+            code = await invited('look')
+            async with self.visit() as device:
+                await device.send('hello', version=1)
+                self.assertEqual((await device.ask('pair', 'paired', code=code))['role'], 'look')
+                await device.until('state')
+            await invited('look')  # a code that counts, for those who guess
+
         async def later():
             async with self.visit() as device:
                 self.assertEqual((await device.ask('hello', 'welcome', version=1, token=token))['role'], 'rider')
+            await on_a_full_disk()
             async with self.visit() as guesser:
                 await guesser.send('hello', version=1)
                 for _ in range(5):

@@ -264,6 +264,16 @@ def test_everybody_s_stop_is_at_once_and_stays(desk):
     assert desk.send(number, 'reset') == [Order(number, 'reset')]
 
 
+def test_where_nobody_takes_commands_the_driver_is_told(desk):
+    driver = desk.driver()
+    command = {'t': 0, 'n': desk.beat(), 'v': 0.5, 'w': 0.0}
+    assert Motion(0.5, 0.0) in desk.send(driver, 'drive', seq=1, **command)
+    desk.hub.driving.obeyed = False
+    (answer,) = desk.send(driver, 'drive', seq=2, **command)
+    assert answer.frame['why'] == 'error.drive_unheard'
+    assert Motion(0.0, 0.0) in desk.send(driver, 'halt', seq=3)
+
+
 def test_stop_and_halt_are_heeded_however_many_frames_came(desk):
     number = desk.driver()
     desk.send(number, 'drive', seq=1, t=0, n=desk.beat(), v=1, w=0)

@@ -16,10 +16,11 @@ import { Settings } from './settings.js';
 import { Speech } from './speech.js';
 import { Status } from './status.js';
 import { Stop } from './stop.js';
-import { loadWords, say } from './words.js';
+import { currentLanguage, loadWords, say } from './words.js';
 
 const SCREENS = { go, drive, map, why, settings: settingsScreen };
 const TOKEN = 'sara.token';
+const WORDS_AGAIN_MS = 1000;
 
 class App {
   constructor() {
@@ -53,7 +54,7 @@ class App {
 
   async begin() {
     this.dress();
-    await loadWords(this.settings.get('language'));
+    await this.fetchWords();
     this.stopper.begin();
     this.status.begin();
     this.scanner = new Scanner({
@@ -65,11 +66,23 @@ class App {
     this.dwell = new Dwell({ settings: this.settings, busy: () => this.pump.isHeld, stop: () => this.stopper.press() });
     this.settings.addEventListener('change', (event) => this.settingChanged(event.detail));
     this.chair.addEventListener('change', (event) => this.heard(event.detail));
+    this.connection.addEventListener('speed', () => this.heard('speed')); // twice a second, also while nothing comes
     this.listen();
     window.addEventListener('hashchange', () => this.route());
     this.route();
     this.connection.open();
     window.sara = this; // for the browser's console, and tests
+  }
+
+  /** Until they are there: without words the page can say nothing, not even that there is no connection. */
+  async fetchWords() {
+    for (;;) {
+      try {
+        return await loadWords(this.settings.get('language'));
+      } catch {
+        await new Promise((resolve) => setTimeout(resolve, WORDS_AGAIN_MS));
+      }
+    }
   }
 
   listen() {
@@ -90,12 +103,16 @@ class App {
   }
 
   /** Somebody else wants to drive. */
-  async handOver({ session, name }) {
+  async handOver({ session, name, seconds }) {
     this.pump.rest('asked');
+    this.isAsked = true;
+    const over = setTimeout(withdrawQuestion, seconds * 1000);
     const answer = await ask(say('ui.asked', { name: name || say('ui.somebody') }), [
       { text: say('ui.grant'), value: 'grant' },
       { text: say('ui.refuse'), value: 'refuse' },
     ]);
+    clearTimeout(over);
+    this.isAsked = false;
     if (answer) this.command({ op: answer, session });
   }
 
@@ -117,6 +134,7 @@ class App {
       const code = /#code=([\w-]+)/.exec(location.hash)?.[1];
       if (code && this.chair.role === 'none') this.connection.send({ op: 'pair', code });
     }
+    if (this.isAsked && !this.chair.isDriver) withdrawQuestion(); // there is nothing to hand over any more
     this.stopper.update();
     this.status.update();
     this.current?.update?.(op);
@@ -124,13 +142,17 @@ class App {
 
   settingChanged(name) {
     this.dress();
-    if (name === 'language') {
-      loadWords(this.settings.get('language')).then(() => {
-        this.stopper.begin();
-        this.status.begin();
-        this.show(this.shown, true);
-      });
-    }
+    if (name === 'language' && this.settings.get('language') !== currentLanguage()) this.changeLanguage();
+  }
+
+  /** To the chosen one; without its words the language stays as it is. */
+  async changeLanguage() {
+    const changed = await loadWords(this.settings.get('language')).then(() => true, () => false);
+    if (!changed) this.settings.set('language', currentLanguage());
+    this.stopper.begin();
+    this.status.begin();
+    this.show(this.shown, true);
+    if (!changed) this.notice('ui.not_sent');
   }
 
   /** What the style sheet needs to know. */

@@ -107,13 +107,26 @@ export class Chair extends EventTarget {
     return this.state?.stopped === true || (this.state?.gate?.reasons ?? []).includes('EMERGENCY_STOP');
   }
 
+  /** Whether it says that nothing holds it up. */
+  get isFree() {
+    return !this.connection.isSilent && ['IDLE', 'DRIVING'].includes(this.state?.gate?.state);
+  }
+
+  /** Whether it is lost: true, false, or null where nobody says. Who has a map and no place on it is lost, too. */
+  get lost() {
+    if (!this.state) return null;
+    return this.map && this.state.pose === null ? true : this.state.lost ?? null;
+  }
+
   get isLost() {
-    return this.state?.lost === true;
+    return this.lost === true;
   }
 
   /** The key and values of the sentence that says what the chair does. */
   get sentence() {
     const gate = this.state?.gate;
+    if (this.connection.isSilent) return { key: 'ui.offline', values: {} };
+    if (gate?.state === 'SILENT') return { key: 'error.no_gate', values: {} };
     if (!gate?.state) return { key: 'ui.no_gate', values: {} };
     const reason = gate.reasons?.[0];
     if (this.isLost && ['IDLE', 'DRIVING'].includes(gate.state)) return { key: 'ui.where.lost', values: {} };
@@ -128,7 +141,7 @@ export class Chair extends EventTarget {
   get deviation() {
     const { asked, v, w, assist, gate } = this.state ?? {};
     const limits = this.welcome?.limits ?? {};
-    if (!asked) return null;
+    if (!asked || this.connection.isSilent) return null;
     const share = (value, most) => Math.max(-1, Math.min(1, value / (most || 1)));
     const shares = (v, w) => ({
       v: share(v, v < 0 ? limits.max_reverse ?? 0.4 : limits.max_forward ?? 0.8), w: share(w, limits.max_turn ?? 0.8),
@@ -151,7 +164,7 @@ export class Chair extends EventTarget {
   /** The key of why shared control does not help; null where it helps, or does not run. */
   get unhelped() {
     const does = this.state?.assist?.does;
-    return UNHELPED.has(does) ? `assist.${does}` : null;
+    return UNHELPED.has(does) && !this.connection.isSilent ? `assist.${does}` : null;
   }
 
   emit(op) {

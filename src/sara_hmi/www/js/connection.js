@@ -4,6 +4,8 @@ export const VERSION = 1;
 const LIMITS = {
   staleBeatMs: 200, // older than this, the newest beat no longer proves that a command is fresh
   slowMs: 180, // a longer round trip is too slow: the server refuses commands older than 200 ms
+  silentMs: 2000, // nothing came for so long, and a state comes ten times a second: what was heard last may not be so any more
+  lostMs: 8000, // the same, or no connection came about: it is given up, and opened anew
 };
 const FULL_BUFFER = 2048; // bytes that wait in the browser: the network does not take them
 const ECHO_PERIOD_MS = 500;
@@ -31,6 +33,7 @@ export class Connection extends EventTarget {
   forget() {
     this.beat = null;
     this.beatAt = -Infinity;
+    this.heardAt = this.now();
     this.roundTrip = null;
     this.askedAt = null;
     this.late = false;
@@ -49,6 +52,11 @@ export class Connection extends EventTarget {
   get isSlow() {
     const waiting = this.askedAt === null ? 0 : this.now() - this.askedAt;
     return this.isOpen && (this.late || Math.max(this.roundTrip ?? 0, waiting) > this.limits.slowMs);
+  }
+
+  /** Whether nothing is heard of the chair: what it said last is no news. */
+  get isSilent() {
+    return !this.isOpen || this.now() - this.heardAt > this.limits.silentMs;
   }
 
   open() {
@@ -88,6 +96,7 @@ export class Connection extends EventTarget {
   }
 
   receive(data) {
+    this.heardAt = this.now();
     if (typeof data !== 'string') {
       this.emit('map-image', data);
       return;
@@ -127,6 +136,7 @@ export class Connection extends EventTarget {
   }
 
   ask() {
+    if (this.now() - this.heardAt > this.limits.lostMs) this.drop();
     if (!this.isOpen) return;
     if (this.askedAt === null) {
       this.askedAt = this.now();

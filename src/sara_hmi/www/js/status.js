@@ -70,17 +70,24 @@ export class Status {
   }
 
   facts() {
-    const { chair, connection } = this.app;
+    const { connection } = this.app;
+    const texts = connection.isSilent ? [] : this.known();
+    if (connection.isSlow) texts.push(say('ui.slow_short'));
+    const text = texts.join(' · ');
+    const node = document.getElementById('facts');
+    if (node.textContent !== text) node.textContent = text;
+  }
+
+  /** Battery, and who drives. */
+  known() {
+    const { chair } = this.app;
     const texts = [];
     const battery = chair.state?.battery;
     if (battery && battery.share !== null && battery.share !== undefined) texts.push(say('ui.battery', { percent: number(battery.share * 100, 0) }));
     else if (battery?.volts) texts.push(say('ui.battery_volts', { volts: number(battery.volts, 1) }));
     if (chair.isDriver) texts.push(say('ui.you_drive'));
     else if (chair.driver !== null) texts.push(say('ui.other_drives', { name: chair.driverName || say('ui.somebody') }));
-    if (connection.isSlow) texts.push(say('ui.slow_short'));
-    const text = texts.join(' · ');
-    const node = document.getElementById('facts');
-    if (node.textContent !== text) node.textContent = text;
+    return texts;
   }
 
   deviation() {

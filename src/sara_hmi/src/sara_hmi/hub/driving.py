@@ -8,18 +8,20 @@ from sara_hmi.hub.actions import Action, Everyone, Motion, Send, error
 from sara_hmi.protocol.frames import Frame
 from sara_hmi.sessions.sessions import Asked, DriverChanged, Session, Sessions
 
-NOT_DRIVER, STOPPED = 'error.drive_not_driver', 'error.drive_stopped'
+NOT_DRIVER, STOPPED, UNHEARD = 'error.drive_not_driver', 'error.drive_stopped', 'error.drive_unheard'
 
 
 class Driving:
-    """`stopped`: the emergency stop was pressed on a page; nothing is driven until it is released."""
+    """`stopped`: the emergency stop was pressed on a page; nothing is driven until it is released. `obeyed`: whether
+    somebody takes the commands.
+    """
 
     def __init__(self, config: HmiConfig) -> None:
         self._config = config
         self.sessions = Sessions(config.sessions)
         self._fresh: Freshness | None = None
         self._next_beat = 1
-        self.stopped = False
+        self.stopped, self.obeyed = False, True
 
     @property
     def driver(self) -> int | None:
@@ -58,6 +60,8 @@ class Driving:
             return [_ack(number, frame, NOT_DRIVER)]
         if self.stopped:
             return [_ack(number, frame, STOPPED)]
+        if not self.obeyed:
+            return [_ack(number, frame, UNHEARD)]
         motion, why = self._fresh.drive(t, frame.get('seq'), frame.get('n'), (frame.get('v'), frame.get('w')))
         actions: list[Action] = [] if motion is None else [Motion(*motion)]
         if not why and self.moving:

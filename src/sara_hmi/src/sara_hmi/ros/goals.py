@@ -8,13 +8,14 @@ from collections.abc import Callable
 
 import actionlib
 import rospy
-from actionlib_msgs.msg import GoalStatusArray
+from actionlib_msgs.msg import GoalStatus, GoalStatusArray
 from geometry_msgs.msg import Quaternion
 from move_base_msgs.msg import MoveBaseAction, MoveBaseGoal
 
 from sara_common.planar import quaternion_from_yaw
 from sara_hmi.words import endings
 
+UNDER_WAY = (GoalStatus.PENDING, GoalStatus.ACTIVE, GoalStatus.PREEMPTING, GoalStatus.RECALLING)
 SERVER_S = 1.0
 """s that move_base is waited for."""
 SILENT_S = 5.0
@@ -23,21 +24,30 @@ SILENT_S = 5.0
 
 class Goals:
     """map_frame: of the goals. settle_s: s after the page has driven until a goal is sent: before, cmd_vel_mux takes it
-    to drive still, and cancels the goal. on_end: called with number, key and reason when a goal has ended.
+    to drive still, and cancels the goal. on_end: called with number, key and reason when a goal has ended. on_idle:
+    called while move_base has no goal, of the page or of others.
 
     A goal that waits is `wanted` by its number; whoever drives, stops or cancels meanwhile forgets it.
     """
 
-    def __init__(self, map_frame: str, settle_s: float, on_end: Callable[[int, str, str], None]) -> None:
-        self._frame, self._settle_s, self._on_end = map_frame, settle_s, on_end
+    def __init__(
+        self,
+        map_frame: str,
+        settle_s: float,
+        on_end: Callable[[int, str, str], None],
+        on_idle: Callable[[], None],
+    ) -> None:
+        self._frame, self._settle_s, self._on_end, self._on_idle = map_frame, settle_s, on_end, on_idle
         self._client = actionlib.ActionClient('move_base', MoveBaseAction)
         self._handle: actionlib.ClientGoalHandle | None = None
         self._lock, self._driven, self._wanted = threading.Lock(), -float('inf'), None
         self._sent, self._heard_at = 0, -float('inf')
         rospy.Subscriber('move_base/status', GoalStatusArray, self._on_status, queue_size=1)
 
-    def _on_status(self, _message):
+    def _on_status(self, message):
         self._heard_at = time.monotonic()
+        if not any(one.status in UNDER_WAY for one in message.status_list):
+            self._on_idle()
 
     def drove(self, moves: bool) -> None:
         """The page has commanded the wheels just now; moves: to turn."""
@@ -75,6 +85,7 @@ class Goals:
                 return
             self._handle = None
             handle.cancel()
+        self._on_idle()
         self._on_end(self._sent, 'goal.aborted', 'why.no_navigation')
 
     def send(self, number: int, pose: tuple[float, float, float]) -> bool:

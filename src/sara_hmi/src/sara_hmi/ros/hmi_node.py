@@ -54,6 +54,14 @@ def stored_tokens(path: Path) -> tuple:
         return ()
 
 
+def store(path: Path, text: str) -> None:
+    """Keep the paired devices; those of a disk that takes nothing are known until this run ends, which is said."""
+    try:
+        certificate.write_secret(path, text.encode())
+    except OSError as error:
+        rospy.logwarn('%s; the devices that are paired now must be paired anew after the next start', error)
+
+
 class HmiNode:
     """The server, its robot and its end."""
 
@@ -67,7 +75,7 @@ class HmiNode:
             config.pairing, secrets.randbelow, lambda: secrets.token_urlsafe(32), stored_tokens(tokens)
         )
         hub = Hub(config, self._pairing, time.time)
-        self.server = Server(config, hub, www, lambda text: certificate.write_secret(tokens, text.encode()), self._url)
+        self.server = Server(config, hub, www, lambda text: store(tokens, text), self._url)
         if config.rosbridge.enabled:
             self.server.ros_side = BridgeSide(config.rosbridge, self.server.post)
         self.server.robot = RosRobot(config.robot, self.server, www / 'words')

@@ -23,15 +23,18 @@ from sara_hmi.hub.actions import Order
 from sara_hmi.ros.edits import EditsFile, is_offered, without
 from sara_hmi.ros.emergency_stop import PRESSED, EmergencyStop
 from sara_hmi.ros.goals import Goals
+from sara_hmi.ros.places_file import PlacesFile
 from sara_hmi.ros.robot_inputs import RobotInputs
+from sara_hmi.view.frames import View
 from sara_hmi.view.map_image import give_back_memory, map_frame, png
 from sara_hmi.web.screen import dumps
 from sara_hmi.web.server import Server
 from sara_hmi.words.catalogue import Catalogue
 from sara_hmi.words.keys import gate
 from sara_hmi.words.speaker import Speaker
-from sara_nav.maps import places
+from sara_nav.maps.places import Place
 
+BUSY = 'error.rate'
 SERVICE_S = 1.0  # of wall time that a service is waited for
 POSE_VARIANCES = {0: 0.05, 7: 0.05, 35: 0.03}  # m2, m2, rad2: of a pose that is marked on the map
 PLACE_VARIANCES = {0: 1.0, 7: 1.0, 35: math.radians(60.0) ** 2}  # of being somewhere in a named place
@@ -53,19 +56,31 @@ class RosRobot(RobotInputs):
         self._override = rospy.Publisher('shared_control/override', Bool, queue_size=1, tcp_nodelay=True)
         self._help_profile = rospy.Publisher('shared_control/profile', String, queue_size=1, tcp_nodelay=True)
         self._goals = Goals(
-            config.map_frame, config.settle_s, lambda number, key, why: server.post(server.on_end, number, key, why)
+            config.map_frame,
+            config.settle_s,
+            lambda number, key, why: server.post(server.on_end, number, key, why),
+            self.forget_plan,
         )
         self._edits = EditsFile(lambda held: server.post(server.screen.on_edits, held))
-        self._places_file = config.places or rospy.get_param('/places_file', '')
+        self._places = PlacesFile(
+            config.places or rospy.get_param('/places_file', ''),
+            lambda held: server.post(server.screen.on_places, held),
+        )
         super().__init__(config, lambda message: self._later(self._on_map, message), self._on_said)
         self._masks = [
             rospy.Subscriber(topic, rospy.AnyMsg, lambda _: self._later(self._edits.read), queue_size=1)
             for topic in ('keepout_filter_mask', 'speed_filter_mask')
         ]
         threading.Thread(target=self._work, name='orders', daemon=True).start()
-        self._later(self._tell_places)
+        self._later(self._places.read)
 
     # The server's thread
+
+    def view(self) -> View:
+        """The newest of everything."""
+        view = super().view()
+        view.obeys = self._out.get_num_connections() > 0 and not self.mux_is_gone
+        return view
 
     def drive(self, v: float, w: float) -> None:
         """Publish the command of a motion of the robot, m/s and rad/s, at once."""
@@ -84,17 +99,27 @@ class RosRobot(RobotInputs):
         elif order.op == 'cancel':
             self._goals.cancel()
         elif order.op == 'reset':
-            self._later(self._do_reset, order.client, self._stop.presses)
+            self._begin(order, self._do_reset, self._stop.presses)
         else:
             if order.op == 'go':
                 self._goals.want(order.values[0])
-            self._later(getattr(self, f'_do_{order.op}'), order.client, *order.values)
+            self._begin(order, getattr(self, f'_do_{order.op}'), *order.values)
+
+    def _begin(self, order, function, *arguments):
+        if self._later(function, order.client, *arguments):
+            return
+        if order.op == 'go':
+            self._server.post(self._server.on_end, order.values[0], 'goal.cancelled', '')
+        self._refuse(order.client, BUSY, order.op)
 
     def _later(self, function, *arguments):
+        """Do it in its turn; False where too much waits."""
         try:
             self._orders.put_nowait(lambda: function(*arguments))
         except queue.Full:
             rospy.logwarn_throttle(5.0, 'orders come faster than they can be carried out: one is dropped')
+            return False
+        return True
 
     def _work(self):
         while not rospy.is_shutdown():
@@ -111,6 +136,10 @@ class RosRobot(RobotInputs):
 
     def _refuse(self, client, key, of, **values):
         self._server.post(self._server.on_refusal, client, key, of, values)
+
+    def _say_why(self, client, of, why):
+        if why:
+            self._refuse(client, why, of)
 
     # Goals and the emergency stop
 
@@ -161,7 +190,10 @@ class RosRobot(RobotInputs):
             rospy.logwarn('the map is not saved: %s', answer.message)
             self._refuse(client, 'error.map_file', 'save_map')
 
-    def _do_profile(self, _client, name):
+    def _do_profile(self, client, name):
+        if self.gate_is_gone:
+            self._refuse(client, 'error.no_gate', 'profile')
+            return
         self._profile.publish(String(name))
 
     def _do_override(self, _client, on):
@@ -175,7 +207,9 @@ class RosRobot(RobotInputs):
         and how long its override lasts, the planner's name, and whether somebody makes a map.
         """
         self._edits.look()
+        self._places.look()
         self.maps = is_offered('save_map')
+        self._has_profiles = self._has_profiles and not self.gate_is_gone  # one that is started anew has its first
         profiles = None if self._has_profiles else rospy.get_param('safety_gate/profiles', None)
         if profiles is not None and not profile_faults(profiles):
             self._has_profiles = True
@@ -193,47 +227,22 @@ class RosRobot(RobotInputs):
 
     # Places
 
-    def _tell_places(self):
-        if not self._places_file or not Path(self._places_file).is_file():
-            return
-        try:
-            found = places.load(self._places_file)
-        except places.PlacesError as error:
-            rospy.logwarn('%s', error)
-            return
-        self._server.post(self._server.screen.on_places, {name: (p.x, p.y, p.yaw) for name, p in found.items()})
-
-    def _change_places(self, client, of, change):
-        if not self._places_file:
-            self._refuse(client, 'error.places_file', of)
-            return
-        try:
-            change()
-        except places.PlacesError as error:
-            rospy.logwarn('%s', error)
-            self._refuse(client, 'error.places_file', of)
-        self._tell_places()
-
     def _do_place(self, client, name, pose):
-        self._change_places(client, 'place', lambda: places.write(self._places_file, places.Place(name, *pose)))
+        self._say_why(client, 'place', self._places.add(Place(name, *pose)))
 
     def _do_rename(self, client, name, to):
-        self._change_places(client, 'rename', lambda: places.rename(self._places_file, name, to))
+        self._say_why(client, 'rename', self._places.rename(name, to))
 
     def _do_delete(self, client, name):
-        self._change_places(client, 'delete', lambda: places.remove(self._places_file, name))
+        self._say_why(client, 'delete', self._places.remove(name))
 
     # What is drawn over the map
 
     def _do_edit(self, client, edit):
-        why = self._edits.change(lambda held: (*held, edit))
-        if why:
-            self._refuse(client, why, 'edit')
+        self._say_why(client, 'edit', self._edits.change(lambda held: (*held, edit)))
 
     def _do_unedit(self, client, edit):
-        why = self._edits.change(lambda held: without(held, edit))
-        if why:
-            self._refuse(client, why, 'unedit')
+        self._say_why(client, 'unedit', self._edits.change(lambda held: without(held, edit)))
 
     # Speech
 

@@ -45,6 +45,7 @@ class RobotInputs:
         self.turn_slip = 1.0
         self.override_s, self.helps, self.maps = AssistConfig.override_time, (), False
         self._heard: dict[str, float] = {}
+        self._subscribers: dict[str, rospy.Subscriber] = {}
         self._shown: dict[str, bool] = {}
         self._odometry: Odometry | None = None
         self._asked: Twist | None = None
@@ -68,18 +69,14 @@ class RobotInputs:
         self._listen('shared_control/profile_in_use', String, lambda m: setattr(self, '_help', m.data), shown=False)
         self._lost = LostWatch()
         self._listen('lost_probability', Float32, self._on_lost, shown=False)
-        self._assist_status = self._listen(
-            'shared_control/status', String, lambda m: setattr(self, '_does', assist(m.data)), shown=False
-        )
+        self._listen('shared_control/status', String, lambda m: setattr(self, '_does', assist(m.data)), shown=False)
         for topic in config.range_topics:
             self._listen(
                 topic, Range, partial(self._ranges.__setitem__, topic.rsplit('/', 1)[-1].removesuffix('_range'))
             )
         self._plan_subscriber: rospy.Subscriber | None = None
 
-    def _listen(
-        self, topic: str, kind: type, handle: Callable, shown: bool = True, latched: bool = False
-    ) -> rospy.Subscriber:
+    def _listen(self, topic: str, kind: type, handle: Callable, shown: bool = True, latched: bool = False) -> None:
         self._heard[topic] = -math.inf
         if shown:
             self._shown[topic] = latched
@@ -88,7 +85,7 @@ class RobotInputs:
             self._heard[topic] = time.monotonic()
             handle(message)
 
-        return rospy.Subscriber(topic, kind, heard, queue_size=1, tcp_nodelay=True)
+        self._subscribers[topic] = rospy.Subscriber(topic, kind, heard, queue_size=1, tcp_nodelay=True)
 
     def follow_plan(self, planner: str) -> None:
         """Listen to the plan of move_base's global planner."""
@@ -108,7 +105,24 @@ class RobotInputs:
     @property
     def has_assist(self) -> bool:
         """Whether shared control runs: it has spoken, and is still there."""
-        return self._heard['shared_control/status'] > -math.inf and self._assist_status.get_num_connections() > 0
+        return self._is_there('shared_control/status')
+
+    def _is_there(self, topic):
+        """Whether who speaks on a topic only now and then has spoken, and is still there."""
+        return self._heard[topic] > -math.inf and self._subscribers[topic].get_num_connections() > 0
+
+    @property
+    def gate_is_gone(self) -> bool:
+        """Whether the safety gate has spoken, and is not there any more."""
+        return self._is_gone('safety_gate/status')
+
+    @property
+    def mux_is_gone(self) -> bool:
+        """Whether who passes on the commands has spoken, and is not there any more."""
+        return self._is_gone('cmd_vel_asked')
+
+    def _is_gone(self, topic):
+        return self._heard[topic] > -math.inf and not self._is_there(topic)
 
     def _on_override_left(self, message):
         self._override_left = message.data if math.isfinite(message.data) else 0.0
@@ -121,6 +135,10 @@ class RobotInputs:
 
     def _on_plan(self, message):
         self._plan = finite_pairs((held.pose.position.x, held.pose.position.y) for held in message.poses)
+
+    def forget_plan(self) -> None:
+        """Nobody follows a plan."""
+        self._plan = ()
 
     def plan(self) -> Sequence[tuple[float, float]]:
         """The newest plan's points."""
@@ -139,7 +157,7 @@ class RobotInputs:
     def view(self) -> View:
         """The newest of everything."""
         now = time.monotonic()
-        view = View(pose=self.pose(), maps=self.maps)
+        view = View(pose=self.pose(), maps=self.maps, gate_is_gone=self.gate_is_gone)
         if self._odometry is not None and now - self._heard['odom'] < LATELY_S:
             twist = self._odometry.twist.twist
             view.v, view.w = twist.linear.x, twist.angular.z
@@ -153,7 +171,7 @@ class RobotInputs:
         if self._battery is not None:
             view.battery = (self._battery.percentage, self._battery.voltage)
         view.connected = {
-            topic: now - self._heard[topic] < (math.inf if latched else LATELY_S)
+            topic: self._is_there(topic) if latched else now - self._heard[topic] < LATELY_S
             for topic, latched in self._shown.items()
         }
         return view

@@ -14,6 +14,8 @@ from sara_hmi.view.history import History
 from sara_hmi.web.robot import Robot
 from sara_nav.maps.edits import Edit
 
+GATE_IS_GONE = ('SILENT', '', '')  # what it said last is not so any more
+
 
 def dumps(frame: Mapping[str, Any]) -> str:
     """A frame as text."""
@@ -61,7 +63,8 @@ class Screen:
     def show_state(self, robot: Robot) -> None:
         """What the robot does."""
         view, hub = robot.view(), self._hub
-        view.gate, view.stopped = self._gate, hub.driving.stopped
+        view.gate, view.stopped = GATE_IS_GONE if view.gate_is_gone else self._gate, hub.driving.stopped
+        hub.driving.obeyed = view.obeys
         hub.tasks.pose, hub.tasks.assisted = view.pose, view.assist is not None
         hub.tasks.helps = view.assist.profiles if view.assist else ()
         hub.tasks.maps = view.maps

@@ -78,6 +78,7 @@ ERRORS = tuple(
         'drive_lift',
         'drive_not_driver',
         'drive_stopped',
+        'drive_unheard',
         # the robot
         'other_drives',
         'stopped',

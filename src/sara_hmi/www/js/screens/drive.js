@@ -5,6 +5,8 @@ import { button, el, fill } from '../dom.js';
 import { makeStick } from '../stick.js';
 import { number, say } from '../words.js';
 
+const SLOW = new Set(['error.drive_late', 'error.drive_lift', 'error.drive_used']); // of these the rest tells, or nobody needs to
+
 export function show(app, screen) {
   const { chair, pump, connection, settings } = app;
   const stick = makeStick(pump, say('ui.stick'));
@@ -33,22 +35,28 @@ export function show(app, screen) {
     offer(app, ask, told);
     offerProfiles(app, profiles, told);
     offerOverride(app, alone, told);
-    put(speed, say('ui.speed', { kmh: number(Math.abs(chair.state?.v ?? 0) * 3.6, 1) }));
+    put(speed, say('ui.speed', { kmh: speedText(app) }));
     stick.node.classList.toggle('off', !canDrive(app));
   };
-  connection.addEventListener('speed', update);
+  const refused = ({ detail: { ok, why } }) => !ok && !SLOW.has(why) && app.notice(why);
+  connection.addEventListener('ack', refused);
   update();
   return {
     update,
     leave() {
       pump.removeEventListener('rest', rested);
       pump.removeEventListener('held', held);
-      connection.removeEventListener('speed', update);
+      connection.removeEventListener('ack', refused);
       stick.leave();
       leaveKeys();
       if (chair.isDriver) connection.send({ op: 'release' });
     },
   };
+}
+
+function speedText({ chair, connection }) {
+  const v = connection.isSilent ? null : chair.state?.v ?? null;
+  return v === null ? '–' : number(Math.abs(v) * 3.6, 1);
 }
 
 function canDrive({ chair, connection }) {

@@ -51,7 +51,7 @@ export function show(app, screen) {
   const drawn = el('section', { class: 'card' }, el('h2', {}, say('ui.edit.list')), editing.list);
   fill(screen,
     el('h1', {}, say('ui.tab.map')),
-    el('div', { class: 'mapside' }, canvas, el('div', { class: 'mapcontrols' }, marking, editing.node, looks(scene, draw), saving)),
+    el('div', { class: 'mapside' }, canvas, el('div', { class: 'mapcontrols' }, marking, editing.node, looks(app, scene, draw), saving)),
     where.node, places.node, drawn,
   );
   drawMarking(app, marking, scene, mark, editing);
@@ -85,12 +85,19 @@ export function show(app, screen) {
   };
 }
 
+/** Do something with the chair's pose, or say that there is none. */
+function withPose(app, act) {
+  const pose = app.chair.state?.pose;
+  if (pose) act(pose);
+  else app.notice('error.no_pose');
+}
+
 function wrap(angle) {
   return Math.atan2(Math.sin(angle), Math.cos(angle));
 }
 
 /** Zoom and pan. */
-function looks({ view: seen, chair }, draw) {
+function looks(app, { view: seen }, draw) {
   const act = (change) => () => {
     change();
     draw();
@@ -98,7 +105,7 @@ function looks({ view: seen, chair }, draw) {
   const look = (text, name, change, shape = null) => button(text, act(change), { 'aria-label': say(`ui.map.${name}`), 'data-look': name, class: 'small' }, shape);
   return el('div', { class: 'row looks', 'data-scan': 'row', role: 'group', 'aria-label': say('ui.map.looks') },
     look('+', 'closer', () => seen.zoom(1.5)), look('↑', 'north', () => seen.pan(0, 0.25)), look('−', 'farther', () => seen.zoom(1 / 1.5)),
-    look('', 'chair', () => chair.state?.pose && ([seen.x, seen.y] = chair.state.pose), 'target'),
+    look('', 'chair', () => withPose(app, ([x, y]) => Object.assign(seen, { x, y })), 'target'),
     look('←', 'west', () => seen.pan(-0.25, 0)), look('↓', 'south', () => seen.pan(0, -0.25)), look('→', 'east', () => seen.pan(0.25, 0)),
     look('', 'whole', () => {
       seen.fitted = false;
@@ -124,8 +131,10 @@ function drawMarking(app, node, scene, mark, editing) {
         node.querySelector('[data-move]').focus();
       }, { 'data-mark': 'middle' }),
       button(say('ui.map.mark_chair'), () => {
-        mark(app.chair.state?.pose ?? [scene.view.x, scene.view.y, 0]);
-        node.querySelector('[data-move]').focus();
+        withPose(app, (pose) => {
+          mark(pose);
+          node.querySelector('[data-move]').focus();
+        });
       }, { 'data-mark': 'chair' }),
       app.chair.edits !== null && button(say('ui.edit.begin'), () => {
         editing.begin();

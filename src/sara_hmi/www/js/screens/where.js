@@ -13,7 +13,7 @@ export function whereCard(app, always = false) {
     node,
     update() {
       const { chair } = app;
-      const lost = chair.state?.lost ?? null;
+      const { lost } = chair;
       const names = chair.mayDrive ? Object.keys(chair.places) : [];
       const kind = JSON.stringify([lost, names]);
       if (kind === told) return;

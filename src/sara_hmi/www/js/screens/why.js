@@ -41,27 +41,30 @@ function put(told, name, value, act) {
   act(value);
 }
 
+/** The key of what would help; null where nobody knows. */
 function helpKey(chair) {
   const reason = chair.state?.gate?.reasons?.[0];
-  if (reason) return `help.${reason}`;
+  if (reason && !chair.connection.isSilent) return `help.${reason}`;
+  if (!chair.isFree) return null;
   return chair.isLost ? 'ui.where.help' : 'ui.why.nothing';
 }
 
 function helpText(chair) {
-  return say(helpKey(chair));
+  const key = helpKey(chair);
+  return key ? say(key) : '';
 }
 
 /** What shared control does otherwise than asked, or why it does not help. */
 function assistText(chair) {
   const does = chair.state?.assist?.does;
-  return does ? say(`assist.${does}`) : '';
+  return does && !chair.connection.isSilent ? say(`assist.${does}`) : '';
 }
 
 function sayAll(app) {
   const { key, values } = app.chair.sentence;
   if (app.settings.get('speech') === 'chair') {
     app.speech.say(key, values, true);
-    app.speech.say(helpKey(app.chair), {}, true);
+    if (helpKey(app.chair)) app.speech.say(helpKey(app.chair), {}, true);
   } else {
     app.speech.sayText(`${say(key, values)} ${helpText(app.chair)}`);
   }
