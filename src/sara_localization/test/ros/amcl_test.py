@@ -150,6 +150,7 @@ class AmclTest(unittest.TestCase):
         """One after the other, for the node keeps what it learned."""
         self.waits_for_the_map_and_takes_it()
         self.tracks()
+        self.waits_for_no_scan_from_the_future()
         self.waits_for_the_odometry_of_a_sweep_s_end()
         self.saves_its_pose()
         self.updates_at_rest()
@@ -187,6 +188,12 @@ class AmclTest(unittest.TestCase):
             'diagnostics are not satisfied',
         )
         wait_until(lambda: 'amcl: Standard deviation' in self.told, 'no status of the standard deviation')
+
+    def waits_for_no_scan_from_the_future(self):
+        msg = LaserScan(angle_increment=1.0, range_max=MOST, ranges=[1.0] * 3)
+        msg.header.stamp, msg.header.frame_id = self.stamp + rospy.Duration(3600.0), 'laser'
+        self.scan_pub.publish(msg)
+        self.assert_near(self.drive(3))
 
     def waits_for_the_odometry_of_a_sweep_s_end(self):
         self.send(answered=False, lasts=0.5 * STEP.to_sec())
