@@ -11,7 +11,7 @@ from sara_localization.engine.engine import FilterEngine
 from sara_localization.filters.state import VX, VYAW, YAW, X, Y
 from sara_localization.geometry.rigid import Transform, quaternion_from_rpy
 from sara_localization.geometry.transforms import TransformBuffer
-from sara_localization.inputs.data import ImuData, OdometryData
+from sara_localization.inputs.data import ImuData, OdometryData, PoseData
 
 SPEED, SILENT_S, UNHEARD_M = 0.5, 4.0, 0.15
 EYE = np.eye(6)
@@ -130,6 +130,14 @@ def test_a_single_lost_message_holds_nothing():
         drive.run(0.3, SPEED, wheels=False)
         drive.run(1.0, SPEED)
     assert (held.output.state == free.output.state).all()
+
+
+def test_a_position_that_comes_late_does_not_stop_who_is_heard_driving():
+    drive = Drive(hold_after=0.5, pose0='/fix', pose0_config=[i in (X, Y) for i in range(15)])
+    drive.run(2.0, SPEED)
+    for _ in range(50):  # a fix is as late as 0.7 s
+        drive.engine.add_pose('pose0', PoseData(99.3 + 0.02 * drive.step, 'map', (2.0, 1.0, 0.0), covariance=EYE * 9.0))
+        assert drive.run(0.02, SPEED)[VX] == pytest.approx(SPEED, abs=0.05)
 
 
 @pytest.mark.parametrize('value', (-1.0, 'soon', float('nan')))

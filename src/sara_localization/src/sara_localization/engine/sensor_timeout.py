@@ -9,8 +9,6 @@ they are heard again. An extension; robot_localization has nothing of the kind.
 
 from __future__ import annotations
 
-import math
-
 from sara_common.planar import wrap_exact
 from sara_localization.filters.estimator import Estimator
 from sara_localization.filters.state import ACCELERATION, ANGLES, POSITION, RATES, VELOCITY, YAW
@@ -30,7 +28,7 @@ class Silence:
 
     def forget(self) -> None:
         """As if nothing had ever been heard."""
-        self._motion_at = self._turn_at = math.inf
+        self._motion_at = self._turn_at = None
         self.fresh = self.moving = self.turning = False
         self._anchor = None
 
@@ -40,11 +38,11 @@ class Silence:
         return self.moving or self.turning
 
     def heard(self, name: str, stamp: float) -> None:
-        """A measurement of input `name` at stamp (s) was taken in."""
+        """A measurement of input `name` at stamp (s) was taken in; one that came late makes nothing older."""
         if name in self._tell_motion:
-            self._motion_at, self.fresh = stamp, True
+            self._motion_at, self.fresh = _later(self._motion_at, stamp), True
         if name in self._tell_turn:
-            self._turn_at = stamp
+            self._turn_at = _later(self._turn_at, stamp)
 
     def anchor(self, world_from_odom: Transform) -> None:
         """The transform that was given out; kept where it comes from fresh odometry (without any, there is nothing to
@@ -71,7 +69,7 @@ class Silence:
         zero with it: else the first speed heard again would push the pose on by the way of the whole silence, which it
         has followed the odometry along already.
         """
-        self.moving, self.turning = now - self._motion_at > self.hold_after, now - self._turn_at > self.hold_after
+        self.moving, self.turning = self._is_silent(self._motion_at, now), self._is_silent(self._turn_at, now)
         if not self.holding:
             return
         held = (
@@ -85,3 +83,10 @@ class Silence:
         P[held, :] = P[:, held] = 0.0
         P[held, held] = variances
         kf.set_state(x, P)
+
+    def _is_silent(self, last, now):
+        return last is not None and now - last > self.hold_after
+
+
+def _later(last, stamp):
+    return stamp if last is None else max(last, stamp)
