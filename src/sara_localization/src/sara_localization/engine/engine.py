@@ -146,7 +146,9 @@ class FilterEngine:
         if self.control is None:
             return
         if not (np.isfinite(command).all() and np.isfinite(stamp)):
-            self._report('a command that is not a number is ignored')
+            if not self.control.refused:
+                self._report('a command that is not a number is ignored')
+            self.control.refused += 1
             return
         self.control.set(command, stamp)
         if self.history:
@@ -278,10 +280,8 @@ class FilterEngine:
 
     def _say_before_history(self, stamp, name):
         late, kept = self.filter.last_measurement_time - stamp, self.history.length
-        sentence = self.inputs[name].has_problem(
-            'before_history',
-            f'a message comes {late:.3f} s late, history_length is {kept:g} s: it cannot be put in its place',
-        )
+        why = f'a message comes {late:.3f} s late, history_length is {kept:g} s: it cannot be put in its place'
+        sentence = self.inputs[name].has_problem('before_history', why)
         if sentence:
             self._report(sentence)
 
