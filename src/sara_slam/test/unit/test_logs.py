@@ -135,6 +135,16 @@ def test_what_is_no_log_is_refused_by_name(tmp_path, text):
         read_relations(path)
 
 
+@pytest.mark.parametrize('read', [read_log, read_relations])
+def test_a_packed_file_that_is_damaged_is_refused_by_name(tmp_path, read):
+    path = tmp_path / 'packed.gz'
+    packed = bytearray(gzip.compress(b'1.0 2.0 0 0 0 0 0 1\n' * 50))
+    for at in range(10, len(packed)):
+        path.write_bytes(packed[:at] + bytes([packed[at] ^ 0xFF]) + packed[at + 1 :])
+        with pytest.raises(LogError, match='packed.gz'):
+            read(path)
+
+
 def test_a_track_s_own_relations_are_met_wherever_its_map_lies():
     track = track_of(path_of())
     moved = track_of([compose((5.0, -3.0, 2.0), pose) for pose in path_of()])

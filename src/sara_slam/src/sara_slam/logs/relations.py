@@ -9,6 +9,7 @@ it does not depend on where the map's origin lies, nor does one error early on c
 from __future__ import annotations
 
 import gzip
+import zlib
 from pathlib import Path
 from typing import NamedTuple
 
@@ -74,7 +75,7 @@ def read_relations(path: str | Path) -> Relations:
     try:
         text = (gzip.decompress(data) if data[:2] == b'\x1f\x8b' else data).decode()
         rows = np.array([[float(word) for word in line.split()] for line in text.splitlines() if line.strip()])
-    except (OSError, EOFError, ValueError) as error:
+    except (OSError, EOFError, ValueError, zlib.error) as error:
         raise LogError(f'{path} holds no relations: {error}') from None
     if rows.ndim != 2 or rows.shape[1] != 8 or not np.isfinite(rows).all():
         raise LogError(f'{path} holds no relations: each line must be "t1 t2 x y z roll pitch yaw"')
