@@ -174,6 +174,14 @@ def test_the_clocks_offset_is_found():
         score(track, ahead, 0.0)
 
 
+def test_a_damaged_time_of_a_relation_is_told():
+    track = track_of(path_of())
+    relations = relations_of(track)
+    relations.first[3] = 1e12
+    with pytest.raises(LogError, match='a time is damaged'):
+        score(track, relations)
+
+
 def test_poses_between_records_turn_the_short_way():
     track = Track(np.array([0.0, 1.0]), np.array([(0.0, 0.0, 3.0), (1.0, 0.0, -3.0)]))
     assert track.at(np.array([0.5]))[0] == pytest.approx((0.5, 0.0, math.pi))
