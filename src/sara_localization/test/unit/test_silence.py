@@ -33,8 +33,8 @@ class Drive:
             'initial_state': [2.0, 1.0] + [0.0] * 13,
             **parameters,
         }
-        self.transforms = TransformBuffer()
-        self.engine = FilterEngine(FilterConfig.from_params(params), self.transforms)
+        self.transforms, self.said = TransformBuffer(), []
+        self.engine = FilterEngine(FilterConfig.from_params(params), self.transforms, self.said.append)
         self.step, self.x, self.yaw, self.output = 0, 0.0, 0.0, None
 
     def run(self, seconds, v=0.0, wheels=True, imu=True, rate=0.0):
@@ -101,6 +101,22 @@ def test_who_drives_on_unheard_is_not_pushed_on_by_the_first_speed_heard_again(s
     drive.run(silent_s, SPEED, wheels=False, imu=False)
     state = drive.run(2.0, SPEED)
     assert abs(state[X] - 2.0 - drive.x) < 0.05 and abs(state[Y] - 1.0) < 1e-3
+
+
+@pytest.mark.parametrize('turned', (0.0, 1.0))
+def test_odometry_that_begins_anew_after_a_silence_does_not_move_who_stood(turned):
+    drive = Drive(hold_after=0.5)
+    drive.run(1.0)
+    drive.run(8.0, SPEED)
+    drive.run(1.0, rate=turned)
+    before = drive.run(1.0)
+    drive.run(3.0, wheels=False)
+    drive.x, imu_yaw, drive.yaw = 0.0, drive.yaw, 0.0
+    drive.run(0.1, imu=False)
+    drive.yaw = imu_yaw  # the IMU goes on with its own
+    state = drive.run(1.0)
+    assert np.abs(state[[X, Y, YAW]] - before[[X, Y, YAW]]).max() < 0.05
+    assert drive.said == ['the odometry begins anew: the robot is taken to have stood meanwhile']
 
 
 def test_off_by_default_the_estimate_runs_off_as_the_peer_s():

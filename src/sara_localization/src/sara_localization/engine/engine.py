@@ -55,7 +55,7 @@ class FilterEngine:
         self.enabled, self.on = not config.disabled_at_startup, True
         self.time_jumps = self.not_finite = self.before_history = 0
         self.output = Output(config, transforms, self._report)
-        self.silence = Silence(config.hold_after, config.inputs) if config.hold_after else None
+        self.silence = Silence(config.hold_after, config.inputs, self._report) if config.hold_after else None
         self.trace = trace.opened(config, self._report)
         self._last_tick = self._seen = None
         self._forget()

@@ -4,24 +4,33 @@ A filter predicts with the last speed it knows. Where nothing comes for seconds 
 runs off with it, although robots stop when they lose their sensors. With `hold_after` the speed is taken for zero when
 nobody has measured a speed or a position for so long, and the turn rate likewise. Meanwhile the pose follows the
 odometry through the map -> odom that held when all was well: what the wheels have counted unheard is there as soon as
-they are heard again. An extension; robot_localization has nothing of the kind.
+they are heard again; but for an odometry that begins anew, for its node was started again: then the robot has stood.
+An extension; robot_localization has nothing of the kind.
 """
 
 from __future__ import annotations
 
+import math
+from collections.abc import Callable
+
 from sara_common.planar import wrap_exact
+from sara_localization.filters import state_pose
 from sara_localization.filters.estimator import Estimator
 from sara_localization.filters.state import ACCELERATION, ANGLES, POSITION, RATES, VELOCITY, YAW
 from sara_localization.geometry.rigid import Transform
 
+BEGINS, STEP = 0.1, 0.5
+"""m and rad from its origin at which an odometry is that has just begun, if it was further from there than STEP."""
+
 
 class Silence:
-    """hold_after: s. inputs: InputConfigs. `moving`, `turning`: whether speed or turn rate is held at zero. `fresh`:
-    whether anybody has told of motion since the last `anchor`.
+    """hold_after: s. inputs: InputConfigs. report: called with a sentence when the odometry begins anew. `moving`,
+    `turning`: whether speed or turn rate is held at zero. `fresh`: whether anybody has told of motion since the last
+    `anchor`.
     """
 
-    def __init__(self, hold_after, inputs):
-        self.hold_after = hold_after
+    def __init__(self, hold_after, inputs, report: Callable[[str], None] = lambda sentence: None):
+        self.hold_after, self._report = hold_after, report
         self._tell_motion = {i.name for i in inputs if any(i.mask[POSITION]) or any(i.mask[VELOCITY])}
         self._tell_turn = {i.name for i in inputs if any(i.mask[ANGLES]) or any(i.mask[RATES])}
         self.forget()
@@ -57,6 +66,10 @@ class Silence:
         if self._anchor is None or odom_from_base is None:
             return
         pose = self._anchor @ odom_from_base
+        if _begins_anew(self._anchor.inverse() @ state_pose.pose_of(kf.x), odom_from_base):
+            self._anchor = None
+            self._report('the odometry begins anew: the robot is taken to have stood meanwhile')
+            return
         x = kf.x.copy()
         if self.moving:
             x[POSITION] = pose.translation
@@ -86,6 +99,15 @@ class Silence:
 
     def _is_silent(self, last, now):
         return last is not None and now - last > self.hold_after
+
+
+def _begins_anew(before, odom_from_base):
+    """Whether an odometry that was at a pose before is where it begins."""
+    x, y, _ = odom_from_base.translation
+    if math.hypot(x, y) > BEGINS or abs(odom_from_base.yaw) > BEGINS:
+        return False
+    way, turn = math.dist(before.translation[:2], (x, y)), abs(wrap_exact(before.yaw - odom_from_base.yaw))
+    return max(way, turn) > STEP
 
 
 def _later(last, stamp):
