@@ -80,15 +80,16 @@ class ToolsTest(unittest.TestCase):
         self.write(
             '(0.000000) can0 204#01\nrubbish\n\n(1.0) can0 204#R\n(1.0) can0 20000004#0001000000000000\n'
             '(1.0) can0 204##1AABB\n'
-            '(2.0) can1 204#02\n(3.0) can0 800#\n'
+            '(2.0) can1 204#02\n(3.0) can0 800#\n(999999999999.0) can0 204#03\n'
         )
         code, out, error = self.rosrun('candump2bag', self.path('in.log'), self.path('a.bag'), '--interface', 'can0')
         self.assertEqual(code, 0)
         self.assertEqual(
-            out, f'1 frames to {self.path("a.bag")}; left out: 2 bad, 1 error, 1 fd, 1 other interface, 1 remote\n'
+            out, f'1 frames to {self.path("a.bag")}; left out: 3 bad, 1 error, 1 fd, 1 other interface, 1 remote\n'
         )
         self.assertIn('line 2: not', error)
         self.assertIn('line 8: no CAN identifier: 800', error)
+        self.assertIn('line 9: a stamp after 2106', error)
         self.rosrun('bag2candump', self.path('a.bag'), self.path('out.log'))
         self.assertEqual(self.read('out.log'), '(0.000000) can0 204#01\n')
         code, _, error = self.rosrun('candump2bag', self.path('in.log'), self.path('b.bag'))

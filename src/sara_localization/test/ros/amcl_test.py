@@ -9,8 +9,11 @@ computer is.
 import math
 import subprocess
 import sys
+import threading
 import unittest
 from pathlib import Path
+from types import SimpleNamespace
+from unittest import mock
 
 import numpy as np
 import rosnode
@@ -28,7 +31,10 @@ from std_srvs.srv import Empty
 from tf2_msgs.msg import TFMessage
 
 from sara_common.planar import compose, quaternion_from_yaw, yaw_of
+from sara_localization.geometry.rigid import Transform
+from sara_localization.particles.amcl_config import AmclConfig
 from sara_localization.ranges import map_echo
+from sara_localization.ros.amcl.node import AmclNode
 
 sys.path.append(str(Path(__file__).resolve().parent / 'support'))
 from waiting import wait_until  # noqa: E402
@@ -150,8 +156,10 @@ class AmclTest(unittest.TestCase):
         """One after the other, for the node keeps what it learned."""
         self.waits_for_the_map_and_takes_it()
         self.tracks()
+        self.waits_for_no_scan_from_the_future()
         self.waits_for_the_odometry_of_a_sweep_s_end()
         self.saves_its_pose()
+        self.goes_on_without_a_master()
         self.updates_at_rest()
         self.follows_a_scanner_that_is_turned()
         self.second_node_takes_its_map_from_the_topic()
@@ -188,6 +196,12 @@ class AmclTest(unittest.TestCase):
         )
         wait_until(lambda: 'amcl: Standard deviation' in self.told, 'no status of the standard deviation')
 
+    def waits_for_no_scan_from_the_future(self):
+        msg = LaserScan(angle_increment=1.0, range_max=MOST, ranges=[1.0] * 3)
+        msg.header.stamp, msg.header.frame_id = self.stamp + rospy.Duration(3600.0), 'laser'
+        self.scan_pub.publish(msg)
+        self.assert_near(self.drive(3))
+
     def waits_for_the_odometry_of_a_sweep_s_end(self):
         self.send(answered=False, lasts=0.5 * STEP.to_sec())
         dated = self.stamp + rospy.Duration(0.1)
@@ -205,6 +219,13 @@ class AmclTest(unittest.TestCase):
         saved = lambda: [rospy.get_param(f'amcl/initial_pose_{axis}') for axis in 'xya']
         wait_until(lambda: math.dist(saved()[:2], self.truth[:2]) < 0.4, 'the pose is not saved')
         self.assertTrue(0.0 < rospy.get_param('amcl/initial_cov_xx') < 0.05)
+
+    def goes_on_without_a_master(self):
+        node = object.__new__(AmclNode)
+        node.lock, node.last_odometry, node.config = threading.RLock(), Transform(), AmclConfig()
+        node.amcl = SimpleNamespace(belief=object(), map_from_odom=Transform())
+        with mock.patch('sara_localization.ros.amcl.node.save', side_effect=ConnectionRefusedError):
+            node.save_pose()
 
     def updates_at_rest(self):
         self.send()

@@ -166,6 +166,35 @@ class FilterBagTest(unittest.TestCase):
         with open(self.bag, 'rb') as file, self.assertRaises(Unreadable):
             BagReader(file)
 
+    def test_a_damaged_bag_is_told_in_a_sentence(self):
+        quarter_circle(self.bag)
+        content = self.bag.read_bytes()
+        self.bag.write_bytes(content.replace(b'\x04\0\0\0odom', b'\xff\xff\x7f\0odom'))
+        for name, arguments in (
+            ('filter_bag', (self.bag, '-', '--params', self.params)),
+            ('check_config', (self.params, self.bag)),
+        ):
+            run = tool(name, *arguments)
+            self.assertGreater(run.returncode, 0)
+            self.assertIn('damaged', run.stderr.splitlines()[-1])
+            self.assertNotIn('Traceback', run.stderr)
+
+    def test_a_clock_that_was_set_while_the_bag_was_recorded_makes_no_years_of_ticks(self):
+        said = []
+        machine = BagFilter(FilterConfig.from_params(yaml.safe_load(PARAMS)), report=said.append)
+        for began in (100.0, 1.7e9):
+            for k in range(20):
+                msg, now = Odometry(), rospy.Time.from_sec(began + 0.1 * k)
+                msg.header.stamp, msg.header.frame_id, msg.child_frame_id = now, 'odom', 'base_link'
+                msg.twist.twist.linear.x = 0.5
+                msg.twist.covariance = [1e-4 if i % 7 == 0 else 0.0 for i in range(36)]
+                machine.deliver('/odom', msg, now)
+        machine.finish()
+        self.assertTrue(110 < machine.ticks < 130, machine.ticks)
+        self.assertLess(abs(machine.last.stamp - 1.7e9 - 1.9), 0.3)
+        self.assertLess(abs(machine.last.state[0] - 1.9), 0.2)
+        self.assertEqual([sentence[:24] for sentence in said], ["the bag's clock was set "])
+
     def test_a_missing_transform_is_named(self):
         quarter_circle(self.bag)
         run = filter_bag(self.bag, self.out, '--params', self.params)

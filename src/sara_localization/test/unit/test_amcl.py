@@ -187,6 +187,21 @@ def test_when_the_odometry_begins_anew_its_jump_is_no_motion():
     assert np.abs(amcl.filter.poses.mean(0) - before).max() < 0.1
 
 
+@pytest.mark.parametrize('seed', [0, 1])
+def test_odometry_that_was_reset_is_noticed_and_the_robot_taken_to_be_where_it_was(seed):
+    path, rng = loop(60), np.random.default_rng(seed)
+    amcl, said = started(path[0], seed=seed)
+    for k, (truth, odometry) in enumerate(zip(path, list(drifting(path, rng)))):
+        if k == 30:
+            origin = compose(odometry, (-1.0, 2.0, 1.0))
+        odometry = compose(inverse(origin), odometry) if k >= 30 else odometry
+        result = amcl.on_scan(scan(MAP, truth, odometry, rng, stamp=1.0 + 0.2 * k))
+        pose = result.map_from_odom @ planar(odometry)
+        off, _ = error((*pose.translation[:2], pose.yaw), truth)
+        assert off < 0.4
+    assert off < 0.1 and amcl.counts['jump'] == 1 and 'the odometry jumps by' in said[0] and len(said) == 1
+
+
 def test_the_same_seed_gives_the_same_poses_and_another_does_not():
     path = loop(30)
     poses = [driven(started(path[0], seed=seed)[0], path)[0] for seed in (7, 7, 8)]

@@ -7,10 +7,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from sara_localization.config.filter_config import FilterConfig
+from sara_localization.engine.engine import FilterEngine
+from sara_localization.engine.history import MOST_COMMANDS
 from sara_localization.filters.control import Control, ControlConfig
 from sara_localization.filters.ekf import Ekf
 from sara_localization.filters.state import AX, VX, VYAW
 from sara_localization.filters.ukf import Ukf
+from sara_localization.geometry.transforms import TransformBuffer
 
 SPEEDS = st.floats(-3, 3)
 CONFIG = ControlConfig((True, False, False, False, False, True), 0.2, (1.3,) * 6, (2.0,) * 6, (0.8,) * 6, (1.5,) * 6)
@@ -53,3 +57,15 @@ def test_both_filters_move_with_a_command(make):
         kf.predict(0.01, 1.01 + 0.01 * k)
     assert kf.x[AX] == pytest.approx(0.8, rel=0.1)
     assert kf.x[VX] == pytest.approx(0.08, rel=0.1) and kf.x[VYAW] == pytest.approx(0.04, rel=0.1)
+
+
+def test_commands_without_measurements_fill_no_memory_and_bad_ones_no_log():
+    said = []
+    params = dict(smooth_lagged_data=True, history_length=1.0, use_control=True, control_config=[True] * 6)
+    params |= {'odom0': '/odom', 'odom0_config': [i == VX for i in range(15)]}
+    engine = FilterEngine(FilterConfig.from_params(params), TransformBuffer(), said.append)
+    for k in range(MOST_COMMANDS + 500):
+        engine.add_control(np.full(6, math.nan if k % 2 else 0.1), 100.0 + 0.01 * k)
+        engine.add_control(np.full(6, 0.1), 100.0 + 0.01 * k)
+    assert len(engine.history._commands) == MOST_COMMANDS
+    assert said == ['a command that is not a number is ignored']

@@ -72,8 +72,9 @@ def carried(seed, share, steps=60):
     odometry, moves = list(drifting(before, rng, 0.02)), list(drifting(later, rng, 0.02))
     turned = compose(odometry[-1], (0.0, 0.0, later[0][2] - before[-1][2]))
     odometry += [compose(turned, compose(inverse(moves[0]), move)) for move in moves]
-    for truth, moved in zip(before + later, odometry):
-        result = amcl.on_scan(scan(ROOM, truth, moved, rng, count=60))
+    stamps = np.concatenate((0.2 * np.arange(len(before)), 12.0 + 0.2 * np.arange(len(later))))  # it takes some seconds
+    for truth, moved, stamp in zip(before + later, odometry, 1.0 + stamps):
+        result = amcl.on_scan(scan(ROOM, truth, moved, rng, count=60, stamp=float(stamp)))
     end = result.map_from_odom @ planar(moved)
     assert amcl.counts['searches'], 'it was not noticed'
     return amcl.lost.probability, *error((*end.translation[:2], end.yaw), later[-1])

@@ -159,7 +159,17 @@ def test_what_was_learned_is_kept(tmp_path):
 
 @pytest.mark.parametrize(
     'text',
-    ('', '{', 'turn_scale: 1.0', 'turn_scale: 1.2\nsigma: 0.001', 'turn_scale: .nan\nsigma: 0.001', '[1, 2]', '\0'),
+    (
+        '',
+        '{',
+        '[' * 3000,
+        'a: 2021-13-01',
+        'turn_scale: 1.0',
+        'turn_scale: 1.2\nsigma: 0.001',
+        'turn_scale: .nan\nsigma: 0.001',
+        '[1, 2]',
+        '\0',
+    ),
 )
 def test_a_damaged_file_is_told(tmp_path, text):
     (tmp_path / 'scale.yaml').write_text(text)

@@ -11,7 +11,7 @@ from sara_localization.engine.engine import FilterEngine
 from sara_localization.filters.state import VX, VYAW, YAW, X, Y
 from sara_localization.geometry.rigid import Transform, quaternion_from_rpy
 from sara_localization.geometry.transforms import TransformBuffer
-from sara_localization.inputs.data import ImuData, OdometryData
+from sara_localization.inputs.data import ImuData, OdometryData, PoseData
 
 SPEED, SILENT_S, UNHEARD_M = 0.5, 4.0, 0.15
 EYE = np.eye(6)
@@ -33,8 +33,8 @@ class Drive:
             'initial_state': [2.0, 1.0] + [0.0] * 13,
             **parameters,
         }
-        self.transforms = TransformBuffer()
-        self.engine = FilterEngine(FilterConfig.from_params(params), self.transforms)
+        self.transforms, self.said = TransformBuffer(), []
+        self.engine = FilterEngine(FilterConfig.from_params(params), self.transforms, self.said.append)
         self.step, self.x, self.yaw, self.output = 0, 0.0, 0.0, None
 
     def run(self, seconds, v=0.0, wheels=True, imu=True, rate=0.0):
@@ -103,6 +103,22 @@ def test_who_drives_on_unheard_is_not_pushed_on_by_the_first_speed_heard_again(s
     assert abs(state[X] - 2.0 - drive.x) < 0.05 and abs(state[Y] - 1.0) < 1e-3
 
 
+@pytest.mark.parametrize('turned', (0.0, 1.0))
+def test_odometry_that_begins_anew_after_a_silence_does_not_move_who_stood(turned):
+    drive = Drive(hold_after=0.5)
+    drive.run(1.0)
+    drive.run(8.0, SPEED)
+    drive.run(1.0, rate=turned)
+    before = drive.run(1.0)
+    drive.run(3.0, wheels=False)
+    drive.x, imu_yaw, drive.yaw = 0.0, drive.yaw, 0.0
+    drive.run(0.1, imu=False)
+    drive.yaw = imu_yaw  # the IMU goes on with its own
+    state = drive.run(1.0)
+    assert np.abs(state[[X, Y, YAW]] - before[[X, Y, YAW]]).max() < 0.05
+    assert drive.said == ['the odometry begins anew: the robot is taken to have stood meanwhile']
+
+
 def test_off_by_default_the_estimate_runs_off_as_the_peer_s():
     state, truth = lost_for_a_while()
     assert abs(state[X] - truth) > 0.3
@@ -130,6 +146,14 @@ def test_a_single_lost_message_holds_nothing():
         drive.run(0.3, SPEED, wheels=False)
         drive.run(1.0, SPEED)
     assert (held.output.state == free.output.state).all()
+
+
+def test_a_position_that_comes_late_does_not_stop_who_is_heard_driving():
+    drive = Drive(hold_after=0.5, pose0='/fix', pose0_config=[i in (X, Y) for i in range(15)])
+    drive.run(2.0, SPEED)
+    for _ in range(50):  # a fix is as late as 0.7 s
+        drive.engine.add_pose('pose0', PoseData(99.3 + 0.02 * drive.step, 'map', (2.0, 1.0, 0.0), covariance=EYE * 9.0))
+        assert drive.run(0.02, SPEED)[VX] == pytest.approx(SPEED, abs=0.05)
 
 
 @pytest.mark.parametrize('value', (-1.0, 'soon', float('nan')))

@@ -174,3 +174,11 @@ def test_where_the_clock_begins_anew_so_does_the_standstill():
     chair.engine.add_odometry = lambda *_: None
     chair.run(3.0)
     assert not chair.engine.parked
+
+
+def test_an_imu_whose_clock_stands_fills_no_memory():
+    chair = Chair(standstill_update=True)
+    gyro = chair.engine.preprocessor.standstill.gyros['imu0']
+    for _ in range(500):
+        gyro.add(1.0, np.zeros(3), None, None, 0.0)
+    assert len(gyro._window) == 1

@@ -135,6 +135,16 @@ def test_what_is_no_log_is_refused_by_name(tmp_path, text):
         read_relations(path)
 
 
+@pytest.mark.parametrize('read', [read_log, read_relations])
+def test_a_packed_file_that_is_damaged_is_refused_by_name(tmp_path, read):
+    path = tmp_path / 'packed.gz'
+    packed = bytearray(gzip.compress(b'1.0 2.0 0 0 0 0 0 1\n' * 50))
+    for at in range(10, len(packed)):
+        path.write_bytes(packed[:at] + bytes([packed[at] ^ 0xFF]) + packed[at + 1 :])
+        with pytest.raises(LogError, match='packed.gz'):
+            read(path)
+
+
 def test_a_track_s_own_relations_are_met_wherever_its_map_lies():
     track = track_of(path_of())
     moved = track_of([compose((5.0, -3.0, 2.0), pose) for pose in path_of()])
@@ -162,6 +172,14 @@ def test_the_clocks_offset_is_found():
     assert score(track, ahead).translation < 1e-6
     with pytest.raises(LogError, match='another log'):
         score(track, ahead, 0.0)
+
+
+def test_a_damaged_time_of_a_relation_is_told():
+    track = track_of(path_of())
+    relations = relations_of(track)
+    relations.first[3] = 1e12
+    with pytest.raises(LogError, match='a time is damaged'):
+        score(track, relations)
 
 
 def test_poses_between_records_turn_the_short_way():

@@ -121,6 +121,18 @@ def test_another_file_is_refused_and_stays_as_it_is(tmp_path):
         Journal(tmp_path / 'no' / 'state')
 
 
+def test_two_programs_do_not_write_into_one_file(tmp_path, monkeypatch):
+    monkeypatch.setattr(journals, 'LEAVES_S', 0.1)
+    path = tmp_path / 'state'
+    hold = f'from sara_slam.mapping.journal import Journal; held = Journal({str(path)!r}); print(flush=True); input()'
+    with subprocess.Popen([sys.executable, '-c', hold], stdin=subprocess.PIPE, stdout=subprocess.PIPE) as other:
+        other.stdout.readline()
+        with pytest.raises(JournalError, match='state is in use'):
+            Journal(path)
+        other.communicate(b'\n')
+    Journal(path)
+
+
 def test_the_map_of_another_program_is_refused_and_stays_as_it_is(tmp_path):
     path = tmp_path / 'state'
     Journal(path).append('heard', {'poses': np.zeros((3, 4))})

@@ -17,8 +17,11 @@ from canserial.adapter.adapter import BadFrame, check
 from canserial.adapter.candump import BadLine, parse, to_line
 from canserial.msg import CAN
 from canserial.ros.conversions import frame_to_msg, msg_to_frame
+from sara_common.ros import bags
 
 BAD_LINES_SHOWN = 10
+LAST_STAMP = 2**32
+"""s."""
 
 
 class ToolError(Exception):
@@ -42,6 +45,8 @@ def candump_to_bag(
                     continue
                 try:
                     line = parse(text.decode('ascii', 'replace'))
+                    if line.microseconds >= LAST_STAMP * 1000000:
+                        raise BadLine('a stamp after 2106, which a bag cannot hold')
                 except BadLine as error:
                     counts['bad'] += 1
                     if counts['bad'] <= BAD_LINES_SHOWN:
@@ -87,7 +92,7 @@ def bag_to_candump(
             if wrong:
                 raise ToolError(f'{topic} of {bag_path} is of type {wrong[0]}, not {CAN._type}')
             with _progress(bag_path, bag.get_message_count(names), ' frames') as progress:
-                for _, message, time in bag.read_messages(names):
+                for _, message, time in bags.messages(bag, names):
                     progress.update()
                     frame = msg_to_frame(message)
                     try:
@@ -101,7 +106,10 @@ def bag_to_candump(
                     log.write(to_line(frame, interface, stamp.secs * 1000000 + stamp.nsecs // 1000) + '\n')
                     counts['data'] += 1
 
-    _into(log_path, lambda path: open(path, 'w', encoding='ascii'), convert)  # noqa: SIM115 (_into closes it)
+    try:
+        _into(log_path, lambda path: open(path, 'w', encoding='ascii'), convert)  # noqa: SIM115 (_into closes it)
+    except rosbag.ROSBagException as error:
+        raise ToolError(str(error)) from error
     return counts
 
 

@@ -11,6 +11,7 @@ import yaml
 from canserial.ros.conversions import has_estimate
 from sara_common.config import ConfigError
 from sara_common.platforms import parameters
+from sara_common.ros import bags
 from sara_control.calibration.calibration import Geometry, calibrate, end_errors
 from sara_control.calibration.calibration_report import report, yaml_text
 from sara_control.calibration.drive_log import DriveLog, LogError
@@ -46,7 +47,7 @@ def _messages(path, config, joint_states, imu, truth):
     sides = config.left_joints, config.right_joints
     try:
         with rosbag.Bag(str(path)) as bag:
-            for topic, message, _ in bag.read_messages(topics=[topic for topic in rows if topic]):
+            for topic, message, _ in bags.messages(bag, [topic for topic in rows if topic]):
                 stamp = message.header.stamp.to_sec()
                 if topic == joint_states:
                     found = dict(zip(message.name, message.position))

@@ -48,7 +48,7 @@ def load(path: str | Path) -> dict[str, object]:
     """The parameters of a YAML file; one level of a node's name around them is taken off. Raises ConfigError."""
     try:
         params = yaml.safe_load(Path(path).read_text(encoding='utf-8'))
-    except (OSError, ValueError, yaml.YAMLError) as error:
+    except (OSError, ValueError, yaml.YAMLError, RecursionError) as error:
         raise ConfigError(f'{path} cannot be read: {error}') from error
     if isinstance(params, dict) and len(params) == 1 and isinstance(next(iter(params.values())), dict):
         params = next(iter(params.values()))

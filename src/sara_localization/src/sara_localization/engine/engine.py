@@ -55,7 +55,7 @@ class FilterEngine:
         self.enabled, self.on = not config.disabled_at_startup, True
         self.time_jumps = self.not_finite = self.before_history = 0
         self.output = Output(config, transforms, self._report)
-        self.silence = Silence(config.hold_after, config.inputs) if config.hold_after else None
+        self.silence = Silence(config.hold_after, config.inputs, self._report) if config.hold_after else None
         self.trace = trace.opened(config, self._report)
         self._last_tick = self._seen = None
         self._forget()
@@ -146,7 +146,9 @@ class FilterEngine:
         if self.control is None:
             return
         if not (np.isfinite(command).all() and np.isfinite(stamp)):
-            self._report('a command that is not a number is ignored')
+            if not self.control.refused:
+                self._report('a command that is not a number is ignored')
+            self.control.refused += 1
             return
         self.control.set(command, stamp)
         if self.history:
@@ -278,10 +280,8 @@ class FilterEngine:
 
     def _say_before_history(self, stamp, name):
         late, kept = self.filter.last_measurement_time - stamp, self.history.length
-        sentence = self.inputs[name].has_problem(
-            'before_history',
-            f'a message comes {late:.3f} s late, history_length is {kept:g} s: it cannot be put in its place',
-        )
+        why = f'a message comes {late:.3f} s late, history_length is {kept:g} s: it cannot be put in its place'
+        sentence = self.inputs[name].has_problem('before_history', why)
         if sentence:
             self._report(sentence)
 

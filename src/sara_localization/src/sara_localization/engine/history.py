@@ -16,6 +16,8 @@ from sara_localization.inputs.raw_measurement import Measurement
 
 # A late measurement of the very stamp of a state goes before it.
 _EPSILON = 1e-9
+# Commands that are kept: without measurements none of them expires.
+MOST_COMMANDS = 10_000
 
 
 class History:
@@ -23,7 +25,7 @@ class History:
 
     def __init__(self, length: float):
         self.length = length
-        self._states, self._measurements, self._commands = deque(), deque(), []
+        self._states, self._measurements, self._commands = deque(), deque(), deque(maxlen=MOST_COMMANDS)
 
     def clear(self) -> None:
         """Nothing of what was done may be done again."""
@@ -78,7 +80,6 @@ class History:
         while self._states and self._states[0][0] < limit:
             self._states.popleft()
         commands = self._commands
-        self._commands = [
-            c for k, c in enumerate(commands) if c[0] >= limit or k + 1 == len(commands) or commands[k + 1][0] > limit
-        ]
+        while len(commands) > 1 and commands[0][0] < limit and commands[1][0] <= limit:
+            commands.popleft()
         return limit

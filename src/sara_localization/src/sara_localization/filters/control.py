@@ -32,10 +32,10 @@ class ControlConfig:
 
 
 class Control:
-    """The newest command and the accelerations that follow from it."""
+    """The newest command and the accelerations that follow from it. refused: how many were no commands."""
 
     def __init__(self, config: ControlConfig):
-        self.config = config
+        self.config, self.refused = config, 0
         self.command, self.stamp = (0.0,) * 6, 0.0
 
     def set(self, command: np.ndarray, stamp: float) -> None:

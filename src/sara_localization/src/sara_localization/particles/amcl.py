@@ -24,6 +24,7 @@ from sara_localization.particles.belief import Belief, belief
 from sara_localization.particles.kept_heading import KeptHeading
 from sara_localization.particles.likelihood import MeasurementModel
 from sara_localization.particles.lost import Evidence, LostFilter, outside
+from sara_localization.particles.odometry_watch import UNKNOWN_SIGMA, OdometryWatch
 from sara_localization.particles.particle_filter import ParticleFilter
 from sara_localization.particles.scan_input import ScanInput
 from sara_localization.particles.scan_models import ScanModel, same_model
@@ -61,7 +62,7 @@ class Amcl:
     def __init__(self, config: AmclConfig, say: Callable[[str], None] = lambda sentence: None):
         distances.warm()
         scan_kernels.warm()
-        self.config, self.say = config, say
+        self.config, self.say, self._watch = config, say, OdometryWatch()
         self.rng = np.random.default_rng(config.seed)
         self.filter, self.lost, self._heading = ParticleFilter(config, self.rng), LostFilter(), KeptHeading()
         self.counts, self._said = Counter(), set()
@@ -184,6 +185,7 @@ class Amcl:
             return None
         self.counts['scans'] += 1
         odometry = (*scan.odometry.translation[:2], scan.odometry.yaw)
+        self._look_for_jump(scan.sweep.stamp, odometry)
         first = self._last is None
         moved = first or self._has_moved(odometry)
         if not first and (moved or self._force or self._is_due_at_rest(scan.sweep.stamp)):
@@ -201,6 +203,14 @@ class Amcl:
         if measured is not None:
             self._judge(measured, self.map_from_odom @ scan.odometry)
         return Result(self.map_from_odom, counted, self.belief if resampled or first else None)
+
+    def _look_for_jump(self, stamp, odometry):
+        """Odometry that has begun anew tells no motion: the robot is about where it was."""
+        jump = self._watch.jump(stamp, odometry)
+        if jump and self._last is not None:
+            self.trouble('jump', f'{jump}: the robot is taken to be where it was')
+            self.forget_odometry()
+            self.filter.spread(UNKNOWN_SIGMA)
 
     def _has_moved(self, odometry):
         way = math.dist(odometry[:2], self._last[:2])

@@ -12,7 +12,7 @@ from sara_localization.particles.amcl import Amcl
 
 SILENT_AFTER = 15.0
 """s without a scan until that is told."""
-FAULTS = ('bad_scan', 'bad_odometry', 'bad_mount', 'no_transform', 'no_fit')
+FAULTS = ('bad_scan', 'bad_odometry', 'bad_mount', 'no_transform', 'no_fit', 'jump')
 """What becomes of scans by a fault; all else is what the surroundings are like."""
 
 

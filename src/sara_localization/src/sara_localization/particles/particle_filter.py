@@ -93,6 +93,11 @@ class ParticleFilter:
         """The odometry went from one pose (x, y, yaw) to another."""
         self.poses = moved(self.poses, before, after, MotionNoise.of(self.config), self.rng)
 
+    def spread(self, sigmas: tuple[float, float]) -> None:
+        """The robot has moved by nobody knows what; sigmas: standard deviations of that, m and rad."""
+        self.poses = self.poses + np.array((sigmas[0], *sigmas)) * self.rng.standard_normal(self.poses.shape)
+        self.poses[:, 2] = wrap(self.poses[:, 2])
+
     def weigh(self, likelihoods: Likelihoods, sharpened: bool = False) -> bool:
         """Take a measurement; False where it fits no particle at all: then all weigh the same again. sharpened: as
         while the place is searched for.

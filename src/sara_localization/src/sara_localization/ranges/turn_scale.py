@@ -34,7 +34,7 @@ def load(path: str | Path, sigma: float) -> TurnScale | None:
         content = yaml.safe_load(Path(path).read_text(encoding='utf-8'))
     except FileNotFoundError:
         return None
-    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
+    except (OSError, ValueError, yaml.YAMLError, RecursionError) as error:
         raise ValueError(f'{path} cannot be read: {" ".join(str(error).split())}') from error
     values = content if isinstance(content, dict) else {}
     scale, kept = values.get('turn_scale'), values.get('sigma')

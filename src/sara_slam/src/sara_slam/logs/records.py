@@ -15,6 +15,7 @@ from __future__ import annotations
 import gzip
 import json
 import math
+import zlib
 from collections.abc import Iterable
 from pathlib import Path
 from typing import NamedTuple
@@ -55,7 +56,7 @@ def _text(path):
         data = stream.read()
     try:
         return (gzip.decompress(data) if data[:2] == b'\x1f\x8b' else data).decode()
-    except (OSError, EOFError, UnicodeDecodeError) as error:
+    except (OSError, EOFError, UnicodeDecodeError, zlib.error) as error:
         raise LogError(f'{path} is neither text nor gzip: {error}') from None
 
 
@@ -66,7 +67,7 @@ def _json(text, path):
             Record(float(stamp), (float(row['x']), float(row['y']), float(row['theta'])), np.array(row['range'], float))
             for stamp, row in table.items()
         ]
-    except (ValueError, KeyError, TypeError, AttributeError) as error:
+    except (ValueError, KeyError, TypeError, AttributeError, OverflowError) as error:
         raise LogError(f'{path} is no table of scans: {error!r}') from None
     return _checked(sorted(records, key=lambda record: record.stamp), path)
 
@@ -85,7 +86,7 @@ def _carmen(text, path, corrected):
         except (ValueError, IndexError) as error:
             raise LogError(f'{path}, line {number}: {error}') from None
     if of_gmapping:
-        records = _without_repetitions(records)
+        records = _without_repetitions(_checked(records, path))
         records = records if corrected else list(_uncorrected(records))
         records = spread([record for record in records if record.stamp > 0.0])
     return _checked(records, path)

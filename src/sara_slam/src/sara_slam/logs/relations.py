@@ -9,6 +9,7 @@ it does not depend on where the map's origin lies, nor does one error early on c
 from __future__ import annotations
 
 import gzip
+import zlib
 from pathlib import Path
 from typing import NamedTuple
 
@@ -21,6 +22,8 @@ COINCIDENT = 0.006
 """s that a relation may lie outside of a track's time."""
 STEPS = 0.05, 0.01, 0.002, 0.0005
 """s in which the offset of the two clocks is searched."""
+LONGEST = 1e5
+"""s by which relations and log may reach further than each other; more is a time that is damaged."""
 
 
 class Relations(NamedTuple):
@@ -74,7 +77,7 @@ def read_relations(path: str | Path) -> Relations:
     try:
         text = (gzip.decompress(data) if data[:2] == b'\x1f\x8b' else data).decode()
         rows = np.array([[float(word) for word in line.split()] for line in text.splitlines() if line.strip()])
-    except (OSError, EOFError, ValueError) as error:
+    except (OSError, EOFError, ValueError, zlib.error) as error:
         raise LogError(f'{path} holds no relations: {error}') from None
     if rows.ndim != 2 or rows.shape[1] != 8 or not np.isfinite(rows).all():
         raise LogError(f'{path} holds no relations: each line must be "t1 t2 x y z roll pitch yaw"')
@@ -98,9 +101,12 @@ def relations_of(track: Track, reach: float = 20) -> Relations:
 def clock_offset(relations: Relations, track: Track) -> float:
     """s to take off the relations' times to have the track's: of those with which all relations lie within it, the one
     with the least median error, found in finer and finer STEPS. The relations' clock may have begun at another time.
+    Raises LogError where these times cannot be of one drive.
     """
     low = max(relations.first.max(), relations.second.max()) - track.stamps[-1]
     high = min(relations.first.min(), relations.second.min()) - track.stamps[0]
+    if abs(high - low) > LONGEST:
+        raise LogError(f'relations and log differ by {abs(high - low):.3g} s in how long they are: a time is damaged')
     low, high = min(low, high) - STEPS[0], max(low, high) + STEPS[0]
     for step in STEPS:
         offsets = np.arange(low, high + step, step)

@@ -7,6 +7,8 @@ little-endian. A file whose end is damaged is cut off there when it is opened.
 
 from __future__ import annotations
 
+import errno
+import fcntl
 import io
 import os
 import struct
@@ -31,6 +33,8 @@ SYNC_S = 2.0
 """s between two times that the file is forced onto the disk, where records come."""
 POSES_EVERY = 20
 """Optimisations from one whose poses are kept to the next; those between are done again."""
+LEAVES_S = 5.0
+"""s that another program has to let go of the file: of two nodes of one name the older is told to end."""
 
 
 class JournalError(OSError):
@@ -54,7 +58,10 @@ class Journal:
         """Bytes that were damaged and are cut off."""
         try:
             self._file = open(self.path, 'a+b', buffering=0)  # noqa: SIM115 - stays open
+            self._own()
             content = self._read()
+        except JournalError:
+            raise
         except OSError as error:
             raise JournalError(f'{self.path} cannot be opened: {error.strerror or error}') from error
         if content and not content.startswith(MARK[: len(content)]):
@@ -67,6 +74,24 @@ class Journal:
         self.cut = len(content) - self._good
         if self.cut:
             os.ftruncate(self._file.fileno(), self._good)
+
+    def _own(self):
+        """Two programs that write into one file would make a map of neither. Where the file system knows no locks, it
+        is believed. Raises JournalError.
+        """
+        until = time.monotonic() + LEAVES_S
+        while True:
+            try:
+                fcntl.lockf(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except OSError as error:
+                if error.errno not in (errno.EACCES, errno.EAGAIN):
+                    return
+                if time.monotonic() > until:
+                    self._file.close()
+                    raise JournalError(f'{self.path} is in use: another program makes a map into it') from error
+                time.sleep(0.1)
+            else:
+                return
 
     def _read(self):
         self._file.seek(0)

@@ -15,6 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from sara_common.planar import compose, inverse, wrap
+from sara_localization.particles.odometry_watch import UNKNOWN_SIGMA, OdometryWatch
 from sara_localization.particles.scan_input import ScanInput
 from sara_nav.maps.map_io import GridMap
 from sara_slam.graph.loops import LoopSearch
@@ -36,12 +37,10 @@ LEAST_SIGMA = 0.02, 0.02
 """m and rad that the odometry may be off besides what it has moved."""
 MOST_SIGMA = 10.0, math.pi
 """m and rad: a motion that is less certain is not known at all."""
-UNKNOWN_SIGMA = 0.3, 0.2
-"""m and rad of a motion that the odometry does not tell."""
 JUMP = 20.0
 """m between two scans used that the odometry cannot have driven."""
-FASTEST, SLACK, LONGEST_GAP = 3.0, 1.0, 2.0
-"""m/s and rad/s, m and rad, s: nothing moves more between scans than SLACK and FASTEST for that time, or the gap."""
+LONGEST_GAP = 2.0
+"""s of OdometryWatch."""
 FAR = 1000.0
 """m from its origin where the odometry may be at first: the map has that frame; from further off it begins at 0, 0."""
 NARROWEST, WIDEST = (0.25, 0.2), (1.0, 0.7)
@@ -86,7 +85,7 @@ class Slam:
         self.map_from_odom: Pose | None = (0.0, 0.0, 0.0)  # None while the robot is looked for in a resumed map
         self.covariance = np.zeros((3, 3))
         self._postponed, self._known = 0, KnownScans(self.scans, self.graph.poses)
-        self._seen: tuple[float, Pose] | None = None  # (s, odometry) of the newest scan
+        self._watch = OdometryWatch(LONGEST_GAP)
         self._odometry: Pose | None = None  # when a scan was last used
         self._speed = 0.0
         self.errors = OdometryErrors((config.scale_sigma, config.delay_sigma))
@@ -157,13 +156,9 @@ class Slam:
 
     def _look_for_jump(self, stamp, odometry):
         """The wheels' controller may have begun anew since the scan before."""
-        before, self._seen = self._seen, (stamp, odometry)
-        if before is None or self._odometry is None:
-            return
-        most = SLACK + FASTEST * min(abs(stamp - before[0]), LONGEST_GAP)
-        way, turn = math.dist(odometry[:2], before[1][:2]), abs(float(wrap(odometry[2] - before[1][2])))
-        if max(way, turn) > most:
-            self.trouble('jump', f'the odometry jumps by {way:.3g} m and {turn:.3g} rad: that is no motion')
+        jump = self._watch.jump(stamp, odometry)
+        if jump and self._odometry is not None:
+            self.trouble('jump', f'{jump}: that is no motion')
             self.forget_odometry()
 
     def _is_due(self, stamp, odometry):

@@ -18,6 +18,7 @@ import rospy
 from tqdm import tqdm
 
 from sara_common.config import ConfigError
+from sara_common.ros import bags
 from sara_localization.geometry.transforms import TransformBuffer
 from sara_localization.ros.amcl.scans import WaitingScans
 from sara_localization.ros.bags.bag_tools import (
@@ -87,7 +88,7 @@ def run(in_bag: str, out: str, config: SlamConfig, arguments: argparse.Namespace
         began, last = time.perf_counter(), 0.0
         _enter_static(bag, names, machine)
         with tqdm(total=bag.get_message_count(names), unit='msg', file=sys.stderr, disable=arguments.quiet) as bar:
-            for name, msg, received in bag.read_messages(topics=names):
+            for name, msg, received in bags.messages(bag, names):
                 last = received.to_sec()
                 machine.deliver(resolved(name), msg, last)
                 bar.update()
@@ -111,7 +112,7 @@ def _enter_static(bag, names, machine):
     """Fixed transforms hold from the start, whenever they were recorded."""
     for name in names:
         if resolved(name) == '/tf_static':
-            for _, msg, received in bag.read_messages(topics=[name]):
+            for _, msg, received in bags.messages(bag, [name]):
                 machine.deliver('/tf_static', msg, received.to_sec())
 
 

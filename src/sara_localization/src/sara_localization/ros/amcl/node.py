@@ -179,9 +179,13 @@ class AmclNode:
         """Leave the pose on the parameter server, for the next start."""
         with self.lock:
             belief, offset, odometry = self.amcl.belief, self.amcl.map_from_odom, self.last_odometry
-        if belief is not None and odometry is not None and self.config.save_pose_rate > 0.0:
+        if belief is None or odometry is None or self.config.save_pose_rate <= 0.0:
+            return
+        try:
             save(offset @ odometry, belief)
             self.known = saved()
+        except OSError as error:  # the master is gone
+            rospy.logwarn_throttle(PATIENCE, 'the pose is not saved for the next start: %s', error)
 
     # Scans
 

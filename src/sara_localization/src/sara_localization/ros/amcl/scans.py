@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections import deque
+from bisect import insort
 from collections.abc import Callable
+from typing import NamedTuple
 
 from sensor_msgs.msg import LaserScan
 
@@ -22,15 +23,24 @@ LONGEST_SWEEP = 1.0
 """s from a scan's first ray to its last; no scanner takes longer, and nobody waits for one that says so."""
 
 
+class _Waiting(NamedTuple):
+    """A scan of a stamp (s), the `number`-th that came, at a time (s)."""
+
+    stamp: float
+    number: int
+    came: float
+    msg: LaserScan
+
+
 class WaitingScans:
     """`lost`: called with a sentence for each scan that is dropped. `last`: when the newest came (s), None before the
-    first.
+    first. The scans of a frame wait in the order of their stamps: one from the future keeps no other waiting.
     """
 
     def __init__(self, transforms: Tf2Transforms, lost: Callable[[str], None]):
         self._transforms, self._lost = transforms, lost
-        self._waiting, self._count = {}, 0
-        self._frames = '', ''
+        self._waiting, self._count, self._number = {}, 0, 0
+        self._frames, self._used = ('', ''), {}  # numbers of the newest used, by frame
         self.last: float | None = None
 
     def __bool__(self) -> bool:
@@ -46,13 +56,14 @@ class WaitingScans:
             self._count = 0
         self.last = now
         frame = msg.header.frame_id.lstrip('/')
-        queue = self._waiting.setdefault(frame, deque())
+        queue = self._waiting.setdefault(frame, [])
         if len(queue) == MOST_WAITING:
-            queue.popleft()
+            queue.remove(min(queue, key=lambda scan: scan.number))
             self._lost(f'scans from the frame "{frame}" are dropped: {self._why(frame)}')
         else:
             self._count += 1
-        queue.append((now, msg))
+        self._number += 1
+        insort(queue, _Waiting(conversions.seconds(msg.header.stamp), self._number, now, msg))
         return went_back
 
     def ready(self, odom: str, base: str) -> list[ScanInput]:
@@ -63,20 +74,20 @@ class WaitingScans:
         found = []
         for frame, queue in self._waiting.items():
             while queue:
-                msg = queue[0][1]
-                scan = self._with_transforms(frame, msg)
+                stamp, number, _, msg = queue[0]
+                scan = self._with_transforms(frame, stamp, msg)
                 if scan is not None:
                     found.append(scan)
-                elif self._is_too_old(frame, msg):
+                    self._used[frame] = max(number, self._used.get(frame, 0))
+                elif self._is_too_old(frame, stamp):
                     self._lost(f'a scan from the frame "{frame}" is older than what tf remembers: dropped')
                 else:
                     break
-                queue.popleft()
+                del queue[0]
                 self._count -= 1
         return sorted(found, key=lambda scan: scan.sweep.stamp)
 
-    def _with_transforms(self, frame, msg):
-        stamp = conversions.seconds(msg.header.stamp)
+    def _with_transforms(self, frame, stamp, msg):
         odom, base = self._frames
         odometry = self._transforms.lookup_at(odom, base, stamp)
         mount = self._transforms.lookup_at(base, frame, stamp) if frame and odometry is not None else None
@@ -89,8 +100,7 @@ class WaitingScans:
                 return None
         return ScanInput(frame, sweep, mount, odometry, ended)
 
-    def _is_too_old(self, frame, msg):
-        stamp = conversions.seconds(msg.header.stamp)
+    def _is_too_old(self, frame, stamp):
         odom, base = self._frames
         pairs = ((odom, base), (base, frame)) if frame else ((odom, base),)
         return any(
@@ -106,8 +116,9 @@ class WaitingScans:
         return f'the transform {odom} -> {base} is older than the scans'
 
     def waiting_for(self, now: float) -> str:
-        """What scans have been waiting for since long at a time (s), or ''."""
+        """What scans have been waiting for since long at a time (s), or ''; not one that later ones have overtaken."""
         for frame, queue in self._waiting.items():
-            if queue and now - queue[0][0] > PATIENCE:
+            used = self._used.get(frame, 0)
+            if any(scan.number > used and now - scan.came > PATIENCE for scan in queue):
                 return f'scans from the frame "{frame}" wait: {self._why(frame)}'
         return ''

@@ -3,7 +3,7 @@
 Messages are delivered in the order and at the times they were received; tick k comes k/frequency after the first used
 message (/tf counts) and runs after all that was received by then; five ticks follow the last. Transforms come from the
 bag's /tf and /tf_static, from outside, and from the filter itself, whose own enter right after the tick that gives
-them.
+them. Times further apart than LONGEST_STEP are those of a clock that was set, and no ticks come between.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ import rospy
 
 from sara_localization.config.filter_config import FilterConfig
 from sara_localization.engine.engine import FilterEngine
+from sara_localization.filters.estimator import LONGEST_STEP
 from sara_localization.geometry.stamps import Stamp
 from sara_localization.geometry.transforms import TransformBuffer
 from sara_localization.inputs.data import FilterOutput
@@ -64,6 +65,8 @@ class BagFilter:
         if self.start is not None:
             while self._next < nanoseconds:
                 self._tick()
+                if nanoseconds - self._next > LONGEST_STEP * 1e9:
+                    self._skip_to(now)
         self.engine.clock(now)
         if topic in TF_TOPICS:
             bag_tools.enter_transforms(self.buffer, topic, read)
@@ -92,6 +95,14 @@ class BagFilter:
         if self.start is not None:
             for _ in range(TICKS_AFTER_LAST):
                 self._tick()
+
+    def _skip_to(self, now):
+        """The clock was set while the bag was recorded: there was no time between, and no ticks."""
+        self.report(
+            f"the bag's clock was set from {1e-9 * self._next:.3f} to {now:.3f} s: the filter goes on from there"
+        )
+        self.start += now.nanoseconds - self._next
+        self._next = now.nanoseconds
 
     def _tick_time(self, k):
         return self.start + round(k * 1e9 / self.config.frequency)

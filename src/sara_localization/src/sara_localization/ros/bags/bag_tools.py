@@ -6,12 +6,14 @@ import argparse
 import sys
 from collections import Counter
 from collections.abc import Iterable, Iterator
+from struct import error as StructError
 from typing import Any
 
 import rosbag
 
 from sara_common.config import ConfigError
 from sara_common.diagnostics import ERROR
+from sara_common.ros import bags
 from sara_localization.checks import check_config
 from sara_localization.checks.findings import sorted_findings
 from sara_localization.config import parameters
@@ -124,12 +126,13 @@ class Unread:
     @property
     def message(self) -> Any:
         """The message itself."""
-        return self._class_of()().deserialize(self.bytes)
+        with bags.damage_told(f'a {self._type}'):
+            return self._class_of()().deserialize(self.bytes)
 
 
 def unread_messages(bag: rosbag.Bag, topics: Iterable[str]) -> Iterator[tuple]:
     """Yield (topic, Unread, time of reception) of a bag, in its order; the time is a Stamp or rospy.Time."""
-    with open(bag.filename, 'rb') as file:
+    with open(bag.filename, 'rb') as file, bags.damage_told(bag.filename):
         try:
             reader = BagReader(file)
         except Unreadable:
@@ -145,7 +148,12 @@ def converted(i: Any, topic: str, msg: Any) -> Any:
     kind = KINDS[i.kind]
     if msg._type != kind.type:  # pylint: disable=protected-access
         raise UsageError(f'{i.name}: {topic} is a {msg._type} in this bag, a {kind.type} is needed')
-    return kind.read(msg.bytes) if isinstance(msg, Unread) else kind.convert(msg)
+    if not isinstance(msg, Unread):
+        return kind.convert(msg)
+    try:
+        return kind.read(msg.bytes)
+    except (StructError, ValueError) as error:
+        raise UsageError(f'{i.name}: a message on {topic} is damaged: {error}') from error
 
 
 class Warnings:

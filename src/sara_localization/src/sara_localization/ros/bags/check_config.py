@@ -22,6 +22,7 @@ import rospy
 from tqdm import tqdm
 
 from sara_common.diagnostics import ERROR, OK, WARN
+from sara_common.ros import bags
 from sara_localization.checks import check_config
 from sara_localization.checks.amcl_settings import check_amcl, is_for_amcl
 from sara_localization.checks.findings import Finding, sorted_findings
@@ -53,7 +54,7 @@ def survey_bag(path: str, config: FilterConfig, static: Sequence = ()) -> tuple[
         wrong = dict(bag_tools.wrong_topics(config, published))
         if '/tf_static' in dict(published):
             names = [name for name in bag.get_type_and_topic_info().topics if resolved(name) == '/tf_static']
-            for topic, msg, _ in bag.read_messages(topics=names):
+            for topic, msg, _ in bags.messages(bag, names):
                 bag_tools.enter_transforms(buffer, resolved(topic), msg)
         _own_transform(buffer, config)
         base_moves = _survey_messages(bag, survey, buffer, wrong)
@@ -88,7 +89,7 @@ def _survey_messages(bag, survey, buffer, wrong) -> bool:
         return False
     total = bag.get_message_count(names)
     with tqdm(total=total, unit='msg', file=sys.stderr, mininterval=0.2, leave=False) as bar:
-        for name, msg, received in bag.read_messages(topics=names):
+        for name, msg, received in bags.messages(bag, names):
             topic = resolved(name)
             if topic in TF_TOPICS:
                 bag_tools.enter_transforms(buffer, topic, msg)

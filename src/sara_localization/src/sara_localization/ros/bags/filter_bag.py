@@ -30,6 +30,7 @@ import rospy
 from tf2_msgs.msg import TFMessage
 from tqdm import tqdm
 
+from sara_common.ros import bags
 from sara_localization.bags.alignment import aligned, local_plane, rmse
 from sara_localization.bags.export import CsvWriter, InputTrack, Track, TumWriter
 from sara_localization.bags.plots import draw_drive
@@ -81,7 +82,7 @@ class _Tracks:
 def _reference(bag, topic):
     """(times (n,) s, positions (n, 2) m) of a topic of the bag."""
     rows, fixes = [], False
-    for _, msg, _ in bag.read_messages(topics=[topic, topic.lstrip('/')]):
+    for _, msg, _ in bags.messages(bag, [topic, topic.lstrip('/')]):
         fixes = msg._type == 'sensor_msgs/NavSatFix'  # pylint: disable=protected-access
         if fixes:
             place = msg.latitude, msg.longitude

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 import rosbag
 
+from sara_common.ros import bags
 from sara_localization.checks.gps_heading import Stretches, stretches
 from sara_localization.geometry.transforms import TransformBuffer
 from sara_localization.gps.fixes import usable
@@ -40,7 +41,7 @@ def survey(path: str, gps: GpsInputs, static: Sequence = ()) -> Stretches:
                     f'{topic} is {types.get(topic, "not")} in this bag, a {wanted} is needed (--fix, --imu)'
                 )
         names = [t for t in bag.get_type_and_topic_info().topics if resolved(t) in (gps.fix, gps.imu, *TF_TOPICS)]
-        for name, msg, _ in bag.read_messages(topics=names):
+        for name, msg, _ in bags.messages(bag, names):
             topic = resolved(name)
             if topic in TF_TOPICS:
                 bag_tools.enter_transforms(buffer, topic, msg)
