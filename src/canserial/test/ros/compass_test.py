@@ -46,6 +46,12 @@ class Chair:
         rospy.wait_for_service('/reader/calibrate', 30.0)
         links = self.canrx, self.clock, magnetic
         until(lambda: all(link.get_num_connections() for link in links))  # what is sent before is lost
+        until(self._is_heard)  # and a while longer, for the other ends of the links come later
+
+    def _is_heard(self):
+        self.send('COMPASS', mx=0.0, my=0.0, mz=0.0)
+        time.sleep(0.05)
+        return bool(self.fields)
 
     def send(self, name, **signals):
         self.canrx.publish(frame_to_msg(BUS.encode(name, self.time, **signals)))
