@@ -6,11 +6,13 @@ the base frame.
 """
 
 import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from ahead_of_time import kernel
+from sara_control.zones.zone_config import RangeSensor
 
 SAMPLES = 40  # of the path to a place
 NEARER = 1e-6  # m: a place that comes nearer by less does not come nearer
@@ -42,6 +44,17 @@ class Places(NamedTuple):
     stops: np.ndarray
     directions: np.ndarray
     inside: np.ndarray
+
+
+def no_places(sensors: Sequence[RangeSensor], rays: int, kept: int) -> tuple[Places, list[str]]:
+    """Places without an echo on any of so many rays of any sensor, and none kept (at most so many); with the names of
+    their sensors.
+    """
+    n = rays * len(sensors) + kept
+    stops = np.append(np.repeat(np.array([sensor.stops for sensor in sensors], bool), rays), np.ones(kept, bool))
+    x, y, radius, to_body, approach, inside = np.zeros((6, n))
+    places = Places(x, y, np.full(n, math.inf), radius, to_body, approach, stops, np.zeros((2, n)), inside)
+    return places, [sensor.name for sensor in sensors for _ in range(rays)] + [''] * kept
 
 
 class Stopping(NamedTuple):

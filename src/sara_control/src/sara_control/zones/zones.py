@@ -26,22 +26,13 @@ from sara_control.zones.lost_echoes import MOST, LostEchoes
 from sara_control.zones.range_filter import RangeFilter
 from sara_control.zones.scan_config import ScanConfig
 from sara_control.zones.scan_zones import Echo, ScanZones
+from sara_control.zones.walls_beside import WallsBeside
 from sara_control.zones.zone_config import SLACK, ZoneConfig
-from sara_control.zones.zone_places import Body, Places, Stopping
+from sara_control.zones.zone_places import Body, Stopping
 
 RAYS = 13  # places in a cone
 CRAWL = 0.04  # m/s: no faster towards a pedestrian who approaches,
 CAREFUL = 4.0  # s: and no faster than that up to the stop distance for so long afterwards
-
-
-def _no_places(sensors):
-    """Places without an echo on any ray of any sensor, and none kept; with the names of their sensors."""
-    rays = RAYS * len(sensors) + MOST
-    stops = np.append(np.repeat(np.array([sensor.stops for sensor in sensors], bool), RAYS), np.ones(MOST, bool))
-    x, y, radius, to_body, approach, inside = np.zeros((6, rays))
-    outside = np.full(rays, math.inf)
-    places = Places(x, y, outside, radius, to_body, approach, stops, np.zeros((2, rays)), inside)
-    return places, [sensor.name for sensor in sensors for _ in range(RAYS)] + [''] * MOST
 
 
 class Zones:
@@ -64,7 +55,8 @@ class Zones:
         )
         # Filtered readings that their detector has not seen yet.
         self._kept_readings = {name: deque(maxlen=REMEMBERED) for name in self.sensors}
-        places, self._names = _no_places(config.sensors)
+        self._lost, self._beside = LostEchoes(half), WallsBeside(config.sensors, half, self._body)
+        places, self._names = zone_places.no_places(config.sensors, RAYS, MOST + self._beside.most)
         self._places, self._nearest, self._farthest = places, math.inf, 0.0  # m: outside the body, from base_link
         self._fastest = 0.0  # m/s, of what comes by itself
         self._rays_of = {name: slice(RAYS * k, RAYS * (k + 1)) for k, name in enumerate(self.sensors)}
@@ -73,8 +65,8 @@ class Zones:
             angles = sensor.yaw + np.linspace(-half, half, RAYS)
             directions = np.stack([np.cos(angles), np.sin(angles)])
             places.directions[:, rays], places.inside[rays] = directions, self._inside(sensor, directions)
-        self._lost = LostEchoes(half)
         self._kept = slice(RAYS * len(config.sensors), None)
+        self._walls = np.zeros(len(places.x))  # the side of those that are of a wall beside
         self._edges = {name: places.directions[:, rays][:, [0, RAYS // 2, -1]] for name, rays in self._rays_of.items()}
         self._now = self._careful = -math.inf
         self.caution = Caution(caution, config.sensors, half, self._body)
@@ -142,6 +134,8 @@ class Zones:
         else:
             raw.add(stamp, distance, v, w, self.caution.pedestrians_nearby(stamp))
         self.caution.on_range(name, distance, stamp, Motion(v, w, commanded), raw.sigma if trusted else math.inf)
+        if self._beside.on_range(name, distance, stamp, v, w):
+            self._keep()
         if trusted and raw.confirmed(stamp):
             self.caution.on_approach(name, distance, stamp)
         if raw.noisy:
@@ -206,6 +200,9 @@ class Zones:
         if self._carved is not None and self._fastest == 0.0:
             outside, nearest = self._carved
             places = places._replace(outside=outside)
+        turned = self._beside.turned_to(v, w)
+        if turned:
+            places = places._replace(outside=np.where(self._walls == turned, math.inf, places.outside))
         fastest = abs(v) + abs(w) * self._farthest  # no place is approached faster
         if self._fastest > 0.0:
             places, nearest = self._when_standing(stopping.reaction + fastest / stopping.braking)
@@ -276,13 +273,14 @@ class Zones:
         self._nearest, self._farthest = zone_places.bounds(self._places)
 
     def _keep(self):
-        """Moves the places whose echoes were lost along with the chair."""
+        """Moves the places whose echoes were lost, and those of walls, along with the chair."""
         places, kept = self._places, self._kept
         places.outside[kept], places.radius[kept] = math.inf, 0.0
-        for i, lost in enumerate(self._lost.places, kept.start):
-            places.x[i], places.y[i], self._names[i] = lost.x, lost.y, lost.name
-            places.outside[i] = zone_places.outside_of(lost.x, lost.y, self._body)
-            places.radius[i] = math.hypot(lost.x, lost.y)
+        lost = ((place.x, place.y, place.name, 0.0) for place in self._lost.places)
+        for i, (x, y, name, wall) in enumerate((*lost, *self._beside.places()), kept.start):
+            places.x[i], places.y[i], self._names[i], self._walls[i] = x, y, name, wall
+            places.outside[i] = zone_places.outside_of(x, y, self._body)
+            places.radius[i] = math.hypot(x, y)
         self._nearest, self._farthest = zone_places.bounds(places)
 
     def _when_standing(self, later):
