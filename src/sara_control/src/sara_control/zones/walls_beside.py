@@ -33,7 +33,7 @@ CLOSING, STEEP = 0.07, 0.44  # rad by which it closes in, at least; one that doe
 REACH, STEP = 0.7, 0.1  # m beyond the edge that leads; between two places of a wall
 MARGIN = 0.03  # m by which a wall may be nearer than the line found
 PLACES = round(REACH / STEP)  # of a wall
-TURNING = 0.1  # 1/m: a curve towards the wall that is tighter than this turns towards it
+TURNING = 0.5  # 1/m: a curve towards the wall that is tighter than this turns towards it
 ITERATIONS = 4  # of the fit, which converges by the square
 
 
