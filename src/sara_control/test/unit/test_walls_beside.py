@@ -80,7 +80,7 @@ def contacts(platform, drives=60):
 @pytest.mark.parametrize('platform', ('sara', 'kate'))
 def test_the_corner_does_not_meet_a_wall_that_closes_in(platform, monkeypatch):
     assert contacts(platform) == 0
-    monkeypatch.setattr(WallsBeside, 'places', lambda _: ())
+    monkeypatch.setattr(WallsBeside, '_closing', lambda _: ())
     assert contacts(platform, 20) > 10, 'nothing else keeps it from there'
 
 
@@ -124,8 +124,8 @@ def test_one_lost_echo_changes_nothing_and_the_end_of_the_wall_does():
     for _ in range(8):
         t, x = t + 0.2, x + 0.08
         beside.on_range('SLID', 0.5 - x * math.tan(slant), t, 0.4, 0.0)
-    assert list(beside.places())
+    assert beside.places
     for k in range(3):
-        assert list(beside.places()), 'it is there until it was not heard three times'
+        assert beside.places, 'it is there until it was not heard three times'
         beside.on_range('SLID', math.inf, t + 0.2 * (k + 1), 0.0, 0.0)
-    assert not list(beside.places())
+    assert not beside.places

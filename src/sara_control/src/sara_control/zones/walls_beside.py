@@ -14,10 +14,10 @@ sonar sensing for mobile robot navigation, 1992.
 
 import math
 from collections import deque
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from typing import NamedTuple
 
-from sara_common.planar import advanced, wrap
+from sara_common.planar import advanced, compose, wrap
 from sara_control.zones.lost_echoes import DISORDER, LONGEST_GAP, MOVING, NEAREST
 from sara_control.zones.zone_config import RangeSensor
 from sara_control.zones.zone_places import Body
@@ -84,7 +84,8 @@ def fitted(readings: list[Reading], half_angle: float) -> Wall | None:
 
 class WallsBeside:
     """sensors: RangeSensors, of which those are used that look to a side. half_angle: of their cones, rad. body: a
-    Body.
+    Body. `places`: (x, y, sensor's name, side) of walls that close in, beyond the edge that leads, in the base frame
+    now, m; side: 1.0 left, -1.0 right.
     """
 
     def __init__(self, sensors: Iterable[RangeSensor], half_angle: float, body: Body) -> None:
@@ -92,7 +93,7 @@ class WallsBeside:
         self.most = 2 * PLACES  # places at most
         self._half, self._body = half_angle, body
         self._stamp, self._pose, self._driven, self._sense = None, (0.0, 0.0, 0.0), 0.0, 1.0
-        self._burst = self._pose  # when the newest range was measured
+        self.places: list[tuple[float, float, str, float]] = []
         self._forget()
 
     def _forget(self):
@@ -105,13 +106,13 @@ class WallsBeside:
 
     def on_range(self, name: str, distance: float, stamp: float, v: float, w: float) -> bool:
         """A raw range (m, REP-117) of a sensor at stamp (s), while the chair moves at v (m/s), w (rad/s). Returns
-        whether `places` may have changed.
+        whether `places` have changed.
         """
-        known = bool(self._walls)
         self._advance(stamp, v, w)
         if name in self._sensors:
-            self._hear(self._sensors[name], distance)
-        return known or bool(self._walls)
+            self._hear(self._sensors[name], distance, advanced(*self._pose, v, w, -DELAY))
+        before, self.places = self.places, list(self._closing())
+        return self.places != before
 
     def _advance(self, stamp, v, w):
         if self._stamp is not None and -DISORDER <= stamp - self._stamp <= 0.0:
@@ -125,18 +126,16 @@ class WallsBeside:
         if 0.0 < dt <= LONGEST_GAP:
             self._pose = advanced(*self._pose, v, w, dt)
             self._driven += abs(v) * dt
-        self._burst = advanced(*self._pose, v, w, -DELAY)
 
-    def _hear(self, sensor, distance):
+    def _hear(self, sensor, distance, pose):
+        """A range that was measured when the chair was at a pose."""
         readings, name = self._readings[sensor.name], sensor.name
-        x, y, yaw = self._burst
-        c, s = math.cos(yaw), math.sin(yaw)
-        at_x, at_y = x + c * sensor.x - s * sensor.y, y + s * sensor.x + c * sensor.y
+        x, y, axis = compose(pose, (sensor.x, sensor.y, sensor.yaw))
         known = self._walls.get(name)
         if distance < NEAREST:  # too near to be measured: the wall is where it was
             self._misses[name] = 0
             return
-        farther = 0.0 if known is None else distance - known.distance(at_x, at_y)
+        farther = 0.0 if known is None else distance - known.distance(x, y)
         if distance > FARTHEST or farther > ENDED:
             self._misses[name] += 1
             if self._misses[name] >= MISSES:
@@ -145,7 +144,7 @@ class WallsBeside:
             return
         self._misses[name] = 0
         if not readings or self._driven - readings[-1].driven >= APART:
-            readings.append(Reading(at_x, at_y, yaw + sensor.yaw, distance, self._driven))
+            readings.append(Reading(x, y, axis, distance, self._driven))
             while readings[-1].driven - readings[0].driven > LONGEST:
                 readings.popleft()
         found = fitted(list(readings), self._half) or (known if abs(farther) <= ENDED else None)
@@ -155,13 +154,11 @@ class WallsBeside:
             self._walls.pop(name, None)
 
     def turned_to(self, v: float, w: float) -> float:
-        """The side to which the chair turns at (v, w) with the edge that leads: 1.0 left, -1.0 right, 0.0 neither."""
-        return math.copysign(1.0, w) * math.copysign(1.0, v) if abs(w) > TURNING * abs(v) else 0.0
+        """The side of such places to which the chair turns at (v, w): 1.0 left, -1.0 right, 0.0 to none."""
+        turns = bool(self.places) and abs(w) > TURNING * abs(v)
+        return math.copysign(1.0, w) * math.copysign(1.0, v) if turns else 0.0
 
-    def places(self) -> Iterator[tuple[float, float, str, float]]:
-        """(x, y, sensor's name, side) of walls that close in, beyond the edge that leads, in the base frame now, m;
-        side: 1.0 left, -1.0 right.
-        """
+    def _closing(self):
         x, y, yaw = self._pose
         for name, wall in self._walls.items():
             c, s = math.cos(wall.normal - yaw), math.sin(wall.normal - yaw)

@@ -277,7 +277,7 @@ class Zones:
         places, kept = self._places, self._kept
         places.outside[kept], places.radius[kept] = math.inf, 0.0
         lost = ((place.x, place.y, place.name, 0.0) for place in self._lost.places)
-        for i, (x, y, name, wall) in enumerate((*lost, *self._beside.places()), kept.start):
+        for i, (x, y, name, wall) in enumerate((*lost, *self._beside.places), kept.start):
             places.x[i], places.y[i], self._names[i], self._walls[i] = x, y, name, wall
             places.outside[i] = zone_places.outside_of(x, y, self._body)
             places.radius[i] = math.hypot(x, y)
