@@ -440,7 +440,10 @@ def test_what_is_no_plane_at_the_border_of_the_cone_is_not_predicted(left):
     assert what == map_echo.AMBIGUOUS and math.isnan(distance)
 
 
-@pytest.mark.parametrize('columns, x', ((slice(39, 41), 2.0), (slice(43, None), 2.15), (slice(None, 38), 1.9)))
+@pytest.mark.parametrize(
+    'columns, x',
+    ((slice(39, 41), 2.0), (slice(42, None), 2.1), (slice(43, None), 2.15), (slice(None, 38), 1.9)),
+)
 def test_a_post_and_the_end_of_a_wall_are_edges(columns, x):
     cells = np.zeros((120, 120), np.uint8)
     cells[60:62, columns] = map_echo.OCCUPIED

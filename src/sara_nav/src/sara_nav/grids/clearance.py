@@ -17,8 +17,8 @@ from typing import NamedTuple
 import numpy as np
 
 from ahead_of_time import kernel
-from sara_nav.grids.collision import Ground, LocalWorld
-from sara_nav.grids.grid import LETHAL, UNKNOWN, Grid
+from sara_nav.grids.collision import Ground, LocalWorld, blocks
+from sara_nav.grids.grid import LETHAL, Grid
 
 GAP, NEAR_X, NEAR_Y, AHEAD = 0, 1, 2, 3
 """Rows of what ``gaps`` finds; see Room."""
@@ -133,7 +133,9 @@ def gaps(
                     continue
                 c, s = cosines[i], sines[i]
                 point = c * dx + s * dy, c * dy - s * dx
-                _look_ahead(found, i, point, ground, (wx, wy, c, s), ahead)
+                distance = _distance_ahead(point, ahead)
+                if distance < found[AHEAD, i] and not _along_wall(ground, (wx, wy, c, s), point[1], ahead):
+                    found[AHEAD, i] = distance
                 _look_beside(found, i, point, body, box, ahead.reach)
     for i in range(n):  # to the edge of the cell, not to its middle
         found[GAP, i] = max(found[GAP, i] - 0.5 * resolution, 0.0)
@@ -145,10 +147,7 @@ def gaps(
 def _is_obstacle(costs, unknown_blocks, column, row):
     """True for a cell of the costmap that shows an obstacle."""
     height, width = costs.shape
-    if not (0 <= row < height and 0 <= column < width):
-        return False
-    cost = costs[row, column]
-    return cost == LETHAL or (cost == UNKNOWN and unknown_blocks)
+    return 0 <= row < height and 0 <= column < width and blocks(costs[row, column], unknown_blocks)
 
 
 @kernel
@@ -168,35 +167,31 @@ def _is_edge(costs, unknown_blocks, column, row):
 
 
 @kernel
-def _look_ahead(found, i, point, ground, place, ahead):
-    """Enter an obstacle's point (m, robot's frame) into what is ahead in what was found (4, n) at pose i.
+def _distance_ahead(point, ahead):
+    """Return how far (m) an obstacle's point (m, robot's frame) stands ahead, +Inf where it does not.
 
-    place: x, y (m) of the point in the costmap's frame, cosine and sine of the robot's yaw there. ahead: an Ahead.
+    ahead: an Ahead.
     """
-    beyond = ahead.sense * point[0] - ahead.front
-    if not 0.0 < beyond < found[AHEAD, i]:
-        return
-    beside = max(abs(point[1]) - ahead.span, 0.0)
-    if beside > ahead.slope * beyond:
-        return
-    distance = math.hypot(beyond, beside)
-    outward = math.copysign(1.0, point[1])
-    if distance < found[AHEAD, i] and not (beside > 0.0 and _along_wall(ground, place, ahead.sense, outward)):
-        found[AHEAD, i] = distance
+    beyond, beside = ahead.sense * point[0] - ahead.front, max(abs(point[1]) - ahead.span, 0.0)
+    return math.hypot(beyond, beside) if beyond > 0.0 and beside <= ahead.slope * beyond else np.inf
 
 
 @kernel
-def _along_wall(ground, place, sense, outward):
+def _along_wall(ground, place, offset, ahead):
     """True for a point of a wall along which the robot drives: obstacles go on from there towards the robot.
 
-    place: see ``_look_ahead``. sense: 1.0, or -1.0 when the rear leads. outward: 1.0 left of the path, -1.0 right.
+    place: x, y (m) of the point in the costmap's frame, cosine and sine of the robot's yaw there. offset: m left of the
+    path. ahead: an Ahead; what it looks straight ahead at is no such wall.
     """
+    if abs(offset) <= ahead.span:
+        return False
     origin_x, origin_y, resolution = ground.grid
     x, y, c, s = place
+    outward = math.copysign(1.0, offset)
     for back in WALL_BEHIND:
         side, farthest, goes_on = -DIVERGING * back, max(CONVERGING * back, resolution), False
         while side <= farthest and not goes_on:
-            dx, dy = -sense * back, outward * side
+            dx, dy = -ahead.sense * back, outward * side
             column = int(math.floor((x + c * dx - s * dy - origin_x) / resolution))
             row = int(math.floor((y + s * dx + c * dy - origin_y) / resolution))
             goes_on = _is_obstacle(ground.costs, ground.unknown_blocks, column, row)

@@ -141,6 +141,12 @@ def box_of(points: np.ndarray) -> Box:
 
 
 @kernel
+def blocks(cost: int, unknown_blocks: bool) -> bool:
+    """Return whether a cell of that cost is an obstacle; see Ground."""
+    return cost == LETHAL or (cost == UNKNOWN and unknown_blocks)
+
+
+@kernel
 def moved(poses: np.ndarray, offset: tuple[float, float, float]) -> np.ndarray:
     """Return poses (n, 3) as seen in the frame in which the origin of theirs is at ``offset`` (x, y, yaw)."""
     if offset[0] == 0.0 and offset[1] == 0.0 and offset[2] == 0.0:
@@ -177,8 +183,7 @@ def touched(ground: Ground, cover: Cover, poses: np.ndarray) -> np.ndarray:
             if not (0.0 <= u < width and 0.0 <= v < height):  # true for NaN
                 result[i] += weights[j]
             else:
-                cost = costs[int(v), int(u)]
-                if cost == LETHAL or (cost == UNKNOWN and unknown_blocks):
+                if blocks(costs[int(v), int(u)], unknown_blocks):
                     result[i] += weights[j]
     return result
 
@@ -216,8 +221,7 @@ def _obstacles(ground, poses, radius):
     count = 0
     for row in range(y0, yn):
         for column in range(x0, xn):
-            cost = costs[row, column]
-            if cost == LETHAL or (cost == UNKNOWN and unknown_blocks):
+            if blocks(costs[row, column], unknown_blocks):
                 found[count, 0], found[count, 1] = (
                     origin_x + (column + 0.5) * resolution,
                     origin_y + (row + 0.5) * resolution,

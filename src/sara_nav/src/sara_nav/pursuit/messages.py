@@ -3,7 +3,6 @@ flicker.
 """
 
 import math
-from collections.abc import Hashable
 
 from sara_nav.pursuit.path_tracker import Leg
 from sara_nav.pursuit.speed_plan import AHEAD, BEND, BLOCKED, END, FREE, NARROW, SLOW, Pace
@@ -29,7 +28,7 @@ class Words:
     def __init__(self):
         self._key, self._text, self._since, self._last = (), '', -math.inf, -math.inf
 
-    def say(self, t: float, key: Hashable, text: str, lesser: bool = False) -> str:
+    def say(self, t: float, key: tuple | str, text: str, lesser: bool = False) -> str:
         """Return ``text``, or what was said under the same key less than HELD seconds before t (s).
 
         lesser: also what was last said less than HELD seconds before, where its key begins in the same way.
