@@ -171,6 +171,30 @@ def test_a_map_gives_its_size_and_place_and_a_rolling_window_looks_it_up():
     assert (window.costmap.costs == LETHAL).sum() == 4
 
 
+@pytest.mark.parametrize('times', [2, 3, 5])
+def test_no_obstacle_of_a_finer_map_is_lost_in_a_rolling_window(times):
+    """Each single cell of the map in turn: the costmap's cell about it is lethal, unknown ones beside it or not."""
+    fine = 0.1 / times
+    for around in (0, -1):
+        for row, column in np.ndindex(times, times):
+            layer = StaticLayer('static')
+            costmap = make([layer], rolling_window=True, resolution=0.1)
+            values = np.full((5 * times, 5 * times), around, np.int8)
+            values[2 * times + row, 2 * times + column] = 100
+            layer.set_map(GridMap(values, GridGeometry(5 * times, 5 * times, fine, -0.2, -0.2)))
+            costmap.update(0.0, Pose2D(0.0, 0.0, 0.0))
+            assert costmap.costmap.cost_at(0.05, 0.05) == LETHAL
+            assert (costmap.costmap.costs == LETHAL).sum() == 1
+
+
+def test_a_cell_that_a_finer_map_knows_in_part_has_the_cost_that_is_known():
+    layer = StaticLayer('static')
+    costmap = make([layer], rolling_window=True, resolution=0.1)
+    layer.set_map(GridMap(np.array([[-1, 0], [-1, -1]], np.int8), GridGeometry(2, 2, 0.05, 0.0, 0.0)))
+    costmap.update(0.0, Pose2D(0.0, 0.0, 0.0))
+    assert costmap.costmap.cost_at(0.05, 0.05) == FREE
+
+
 def test_static_layers_use_maximum_and_first_map_only():
     low, high = StaticLayer('low'), StaticLayer('high', StaticLayerConfig(use_maximum=True, first_map_only=True))
     costmap = make([low, high])

@@ -5,6 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from sara_common.planar import Pose2D
 from sara_nav.costmaps.costmap import LETHAL, Costmap
 from sara_nav.grids.clearance import place_of
 from sara_nav.grids.collision import LocalWorld
@@ -13,6 +14,7 @@ from sara_nav.grids.grid import GridGeometry
 from sara_nav.pursuit import speed_ahead
 from sara_nav.pursuit.path_tracker import Leg
 from sara_nav.pursuit.rotate_then_pursue_config import RotateThenPursueConfig
+from sara_nav.pursuit.smooth_speed import Motion
 from sara_nav.pursuit.speed_plan import KINDS, SpeedPlan, driven_now, limits_of
 
 CONFIG = RotateThenPursueConfig()
@@ -39,7 +41,9 @@ def driven(leg, world, config=CONFIG, seconds=60.0):
     plan, speed, acceleration, rows = SpeedPlan(config), 0.0, 0.0, []
     for _ in range(round(seconds / DT)):
         curvature = leg.bend(leg.along)[0]
-        pace = plan.pace(leg, driven_now(speed, acceleration, curvature, 1.0), world, DT)
+        pace = plan.pace(
+            leg, driven_now(Motion(speed, acceleration), curvature, 1.0, Pose2D(*leg.poses([leg.along])[0])), world, DT
+        )
         rows.append((leg.along, pace))
         leg.along += 0.5 * (speed + pace.speed) * DT
         leg.left = leg.length - leg.along
@@ -49,13 +53,26 @@ def driven(leg, world, config=CONFIG, seconds=60.0):
     return rows
 
 
+def test_beside_a_wall_the_gap_counts_where_the_robot_is_not_where_its_path_is():
+    """The path keeps 0.4 m off the wall, the robot has come 0.3 m nearer."""
+    leg = Leg(np.array([(0.0, 0.0), (4.0, 0.0)]))
+    world = world_with([GRID.to_cell(x, 0.71)[::-1] for x in np.arange(-1.0, 2.9, GRID.resolution)])
+    speeds = [
+        SpeedPlan(CONFIG).pace(leg, driven_now(Motion(0.5, 0.0), 0.0, 1.0, Pose2D(0.0, off, 0.0)), world, DT)
+        for off in (0.0, 0.3)
+    ]
+    assert speeds[0].cause.kind != 'narrow'
+    assert speeds[1].cause.kind == 'narrow' and speeds[1].cause.size < 0.15
+    assert speeds[1].speed < speeds[0].speed == 0.5
+
+
 @given(st.floats(-3.0, 3.0), st.floats(0.0, 3.0), st.floats(0.7, 1.1))
 def test_a_bend_allows_the_speed_at_which_the_first_limit_is_reached(curvature, change, gain):
     limits = limits_of(CONFIG, False)
     v, k = speed_ahead.bend_cap(curvature, change, gain, limits), abs(curvature)
     shares = (
         v * k / (0.9 * gain * CONFIG.max_vel_theta),
-        v * v * change / (0.8 * gain * CONFIG.acc_lim_theta),
+        v * v * change / (speed_ahead.BEND_SHARE * gain * CONFIG.acc_lim_theta),
         v * v * k / CONFIG.max_lateral_acc,
     )
     assert max(shares) <= 1.0 + 1e-9

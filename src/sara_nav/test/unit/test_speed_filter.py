@@ -20,7 +20,7 @@ from sara_nav.move_base.robot_state import within_limits
 from sara_nav.pursuit.messages import following
 from sara_nav.pursuit.path_tracker import Leg
 from sara_nav.pursuit.rotate_then_pursue_config import RotateThenPursueConfig
-from sara_nav.pursuit.smooth_speed import way_to_slow
+from sara_nav.pursuit.smooth_speed import Motion, way_to_slow
 from sara_nav.pursuit.speed_plan import END, SpeedPlan, driven_now
 from sara_nav.pursuit.speed_plan import SLOW as SLOW_PLACE
 
@@ -111,7 +111,7 @@ def driven(layers, config):
     x, v, a, rows = 1.0, 0.0, 0.0, []
     while leg.left > 0.1 and len(rows) < 2000:
         leg.locate(x, 0.0)
-        pace = plan.pace(leg, driven_now(v, a, 0.0, 1.0), around, 0.05)
+        pace = plan.pace(leg, driven_now(Motion(v, a), 0.0, 1.0, Pose2D(x, 0.0, 0.0)), around, 0.05)
         v, a = pace.speed, pace.acceleration
         x += v * 0.05
         rows.append((x, v, pace.cause.kind, following(leg, pace, 'the goal')[1]))

@@ -25,6 +25,7 @@ from sara_nav.pursuit.plan_stages import Turn
 from sara_nav.pursuit.prediction import Prediction
 from sara_nav.pursuit.rotate_then_pursue_config import RotateThenPursueConfig
 from sara_nav.pursuit.smooth_command import SmoothCommand
+from sara_nav.pursuit.smooth_speed import Motion
 from sara_nav.pursuit.speed_plan import BLOCKED as STOPPED
 from sara_nav.pursuit.speed_plan import SpeedPlan, driven_now
 from sara_nav.pursuit.stopping_path import blocked_where, stopping_path
@@ -220,7 +221,7 @@ class RotateThenPursue:
             p.phase = TURN
             return self._command.come_to_rest(cycle, 'comes to rest to turn')
         curvature = self._curvature(cycle, speed, error)
-        driven = driven_now(speed, self._command.acceleration, curvature, cycle.turn_gain)
+        driven = driven_now(Motion(speed, self._command.acceleration), curvature, cycle.turn_gain, now)
         pace = self._speed.pace(leg, driven, cycle.world, cycle.dt)
         if pace.speed == 0.0 and pace.cause.kind == STOPPED:
             where = blocked_where(cycle.world, leg.poses([leg.along, leg.along + 0.1]))

@@ -26,8 +26,9 @@ CREEP = 0.02
 """The slowest speed (m/s) towards the end of a leg, which would else be approached for ever."""
 SUDDEN = 0.05
 """A cap that would be missed by more than this (m) appeared suddenly: the robot brakes harder for it."""
-REACH = 1.2
-"""How far (m) about the robot gaps are looked for."""
+BEND_SHARE = 0.6
+"""Of acc_lim_theta, what a path's change of curvature may ask for: the rest is for braking in bends and for errors."""
+REACH = 1.2  # m about the robot in which gaps are looked for
 FREE, BEND, NARROW, AHEAD, END, BLOCKED, SLOW = range(7)
 """Why the robot is slow."""
 
@@ -60,11 +61,12 @@ class Regulation(NamedTuple):
 
 
 class Driven(NamedTuple):
-    """The Motion last commanded; curvature (1/m) driven; turn rate driven over commanded."""
+    """The Motion last commanded; curvature (1/m) driven; turn rate driven over commanded; pose (x, y, yaw) now."""
 
     motion: Motion
     curvature: float
     turn_gain: float
+    pose: tuple[float, float, float]
 
 
 class Body(NamedTuple):
@@ -95,7 +97,7 @@ def bend_cap(curvature: float, change: float, turn_gain: float, limits: Limits) 
     k, change = abs(curvature) + 1e-9, change + 1e-9
     return min(
         0.9 * turn_gain * limits.max_vel_theta / k,
-        math.sqrt(0.8 * turn_gain * limits.acc_lim_theta / change),
+        math.sqrt(BEND_SHARE * turn_gain * limits.acc_lim_theta / change),
         math.sqrt(limits.max_lateral_acc / k),
     )
 
@@ -108,9 +110,7 @@ def steering_cap(curvature: float, turn_gain: float, limits: Limits) -> float:
 
 @kernel
 def gap_cap(gap: float, narrow_vel: float, max_vel_x: float, wide_gap: float) -> float:
-    """Return the speed (m/s) beside an obstacle: narrow_vel at a gap (m) of 0, max_vel_x from wide_gap on, linear
-    between.
-    """
+    """Return the speed (m/s) beside an obstacle: narrow_vel at a gap (m) of 0, linearly to max_vel_x at wide_gap."""
     return narrow_vel + (max_vel_x - narrow_vel) * min(gap / wide_gap, 1.0)
 
 
@@ -268,6 +268,7 @@ def pace(
     ground, body = surroundings
     end = horizon(driven.motion, place.left, limits.comfort)
     poses = path_tracker.poses_at(samples, place.along + evenly(end + STEP, STEP), place.backward)
+    poses[0] = driven.pose
     view = clearance.Ahead(-1.0 if place.backward else 1.0, body.front, body.span, regulation.slope, REACH)
     gap, near_x, near_y, ahead = clearance.gaps(ground, body.corners, collision.moved(poses, body.shift), view)
     free = free_distance(samples, place, end, ground, body)
@@ -290,7 +291,7 @@ def warm() -> None:
     pace(
         path_tracker.Samples(s, xy, xy[1:], s, s, s, s),
         path_tracker.Place(0.0, 1.0, False),
-        Driven(Motion(0.1, 0.0), 0.0, 1.0),
+        Driven(Motion(0.1, 0.0), 0.0, 1.0, (0.0, 0.0, 0.0)),
         (limits, Regulation(*[0.5] * 6)),
         (ground, Body(corners, collision.example_cover(), (0.0, 0.0, 0.0), 1.0, 1.0)),
         NO_CAPS,

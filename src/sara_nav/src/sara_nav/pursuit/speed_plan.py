@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from sara_common.planar import Pose2D
 from sara_nav.grids.clearance import lead, place_of
 from sara_nav.grids.collision import LocalWorld
 from sara_nav.pursuit import speed_ahead
@@ -88,9 +89,10 @@ class SpeedPlan:
         return Caps(ahead[on], np.maximum(share[on] * limits.max_vel_x, speed_ahead.CREEP))
 
 
-def driven_now(speed: float, acceleration: float, curvature: float, turn_gain: float) -> speed_ahead.Driven:
-    """The Driven of a speed (m/s) and acceleration (m/s2) last commanded; see there."""
-    return speed_ahead.Driven(Motion(float(speed), float(acceleration)), float(curvature), float(turn_gain))
+def driven_now(motion: Motion, curvature: float, turn_gain: float, pose: Pose2D) -> speed_ahead.Driven:
+    """The Driven of a Motion last commanded, for kernels; see there."""
+    now = float(pose.x), float(pose.y), float(pose.yaw)
+    return speed_ahead.Driven(Motion(*map(float, motion)), float(curvature), float(turn_gain), now)
 
 
 def limits_of(c: RotateThenPursueConfig, backward: bool) -> speed_ahead.Limits:

@@ -21,6 +21,7 @@ from sara_nav.maps.map_io import GridMap, MapError
 
 FINEST, COARSEST, FARTHEST = 1e-4, 50.0, 1e6
 """Sensible resolutions and places of a map (m)."""
+OFF_MAP = -1
 HERE = Pose2D(0.0, 0.0, 0.0)
 
 
@@ -203,22 +204,42 @@ class Source(NamedTuple):
 def look_up(costs: np.ndarray, grid: Grid, window: Window, source: Source, maximum: bool) -> None:
     """Copy a Source's costs into a window (x0, y0, xn, yn) of a Grid; ``maximum``: where they are higher.
 
-    Cells whose centre is off the map are left as they are.
+    Where the source's cells are smaller, a cell takes the highest of the costs known in it, lest what is thin be lost.
+    Cells that lie off the map are left as they are.
     """
     origin_x, origin_y, resolution = grid
-    source_x, source_y, source_resolution = source.grid
-    frame_x, frame_y, frame_yaw = source.frame
+    points = max(int(math.ceil(resolution / source.grid.resolution - 1e-6)), 1)
+    gap = resolution / points
     x0, y0, xn, yn = window
-    height, width = source.costs.shape
-    c, s = np.cos(frame_yaw), np.sin(frame_yaw)
     for row in range(y0, yn):
-        y = origin_y + (row + 0.5) * resolution
         for column in range(x0, xn):
-            x = origin_x + (column + 0.5) * resolution
-            u = int(np.floor((frame_x + c * x - s * y - source_x) / source_resolution))
-            v = int(np.floor((frame_y + s * x + c * y - source_y) / source_resolution))
-            if 0 <= u < width and 0 <= v < height and (not maximum or source.costs[v, u] > costs[row, column]):
-                costs[row, column] = source.costs[v, u]
+            left, low = origin_x + column * resolution + 0.5 * gap, origin_y + row * resolution + 0.5 * gap
+            highest = OFF_MAP
+            for i in range(points):
+                for j in range(points):
+                    highest = _higher(highest, _cost_at(source, left + j * gap, low + i * gap))
+            if highest != OFF_MAP and (not maximum or highest > costs[row, column]):
+                costs[row, column] = highest
+
+
+@kernel
+def _cost_at(source, x, y):
+    """Return a Source's cost at a place of the other grid's frame (m), or OFF_MAP."""
+    source_x, source_y, resolution = source.grid
+    frame_x, frame_y, frame_yaw = source.frame
+    c, s = math.cos(frame_yaw), math.sin(frame_yaw)
+    u = int(math.floor((frame_x + c * x - s * y - source_x) / resolution))
+    v = int(math.floor((frame_y + s * x + c * y - source_y) / resolution))
+    height, width = source.costs.shape
+    return int(source.costs[v, u]) if 0 <= u < width and 0 <= v < height else OFF_MAP
+
+
+@kernel
+def _higher(one, other):
+    """Return the higher of two costs: any that is known is higher than an unknown one, and that than OFF_MAP."""
+    if one == OFF_MAP or (one == UNKNOWN and other != OFF_MAP):
+        return other
+    return one if other == UNKNOWN else max(one, other)
 
 
 def warm() -> None:
