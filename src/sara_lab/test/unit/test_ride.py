@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from steady import whole
 
-from sara_bringup.lockstep.lockstep import COMMAND_STEPS, STEP_S, Lockstep, drive
+from sara_bringup.lockstep.lockstep import COMMAND_STEPS, STEP_S, Lockstep
+from sara_bringup.lockstep.mission_drive import drive
 from sara_bringup.missions.drive import Drive
 from sara_bringup.missions.mission import load_mission
 from sara_bringup.paths import config_file, share

@@ -19,13 +19,14 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import PoseWithCovarianceStamped, TransformStamped
 from nav_msgs.msg import OccupancyGrid, Odometry
 from sensor_msgs.msg import Range
+from std_msgs.msg import Float32
 from std_srvs.srv import Empty
 
 sys.path.append(str(Path(__file__).resolve().parent / 'support'))
 from waiting import wait_until  # noqa: E402
 
 CELL, FREE_X, FREE_Y, WALL = 0.05, 60, 52, 3  # a room of 3.0 m x 2.6 m that begins at (0, 0)
-ERROR = (0.06, -0.05)  # of the dead reckoning, m
+ERROR, WRONG = (0.06, -0.05), (0.8, -0.5)  # of the dead reckoning, m: to be corrected, and too large for that
 STEP = rospy.Duration(0.02)
 
 
@@ -53,13 +54,14 @@ def fixed(parent, child, x=0.0, y=0.0, yaw=0.0):
 
 class RangeLocalizationTest(unittest.TestCase):
     def setUp(self):
-        self.lock, self.corrected, self.poses, self.status, self.told = threading.Lock(), {}, [], None, []
+        self.lock, self.corrected, self.poses, self.status, self.lost = threading.Lock(), {}, [], None, []
         self.map_pub = rospy.Publisher('map', OccupancyGrid, queue_size=1, latch=True)
         self.odom_pub = rospy.Publisher('odom', Odometry, queue_size=100)
         self.range_pubs = {name: rospy.Publisher(f'/{name}_range', Range, queue_size=100) for name in ('left', 'front')}
         self.set_pose_pub = rospy.Publisher('set_pose', PoseWithCovarianceStamped, queue_size=1)
         rospy.Subscriber('odometry/corrected', Odometry, lambda m: self.corrected.__setitem__(m.header.stamp, m))
         rospy.Subscriber('amcl_pose', PoseWithCovarianceStamped, self.poses.append)
+        rospy.Subscriber('lost_probability', Float32, lambda m: self.lost.append(m.data))
         rospy.Subscriber('/diagnostics', DiagnosticArray, self.on_diagnostics)
         self.buffer = tf2_ros.Buffer(rospy.Duration(1000.0))
         self.listener = tf2_ros.TransformListener(self.buffer)
@@ -80,15 +82,15 @@ class RangeLocalizationTest(unittest.TestCase):
             if status.name == 'corrector: range_localization':
                 self.status = status
 
-    def send(self, k):
+    def send(self, k, error=ERROR):
         """A step of a robot that goes to and fro; returns its stamp and true place."""
         self.stamp += STEP
         x, y = 1.2 + 0.3 * math.sin(0.5 * k * STEP.to_sec()), 1.3 + 0.2 * math.sin(0.7 * k * STEP.to_sec())
         odom = Odometry()
         odom.header.stamp, odom.header.frame_id, odom.child_frame_id = self.stamp, 'map', 'base_link'
         odom.pose.pose.position.x, odom.pose.pose.position.y, odom.pose.pose.orientation.w = (
-            x + ERROR[0],
-            y + ERROR[1],
+            x + error[0],
+            y + error[1],
             1.0,
         )
         odom.twist.twist.linear.x = 0.25
@@ -109,12 +111,12 @@ class RangeLocalizationTest(unittest.TestCase):
     def value(self, key):
         return {v.key: v.value for v in self.status.values}.get(key) if self.status else None
 
-    def ride(self, steps):
+    def ride(self, steps, error=ERROR):
         """Ranges go out with every tenth step, once the node has answered that: nothing is lost, however slow the
         computer.
         """
         for k in range(steps):
-            stamp, x, y = self.send(k)
+            stamp, x, y = self.send(k, error)
             if k % 10 == 9:
                 wait_until(lambda s=stamp: s in self.corrected, 'odometry/corrected does not answer')
                 self.send_range('left', FREE_Y * CELL - (y + 0.3))
@@ -146,6 +148,8 @@ class RangeLocalizationTest(unittest.TestCase):
             lambda: int(self.value('used') or 0) > 20 and self.status.level == DiagnosticStatus.OK,
             f'diagnostics do not tell of ranges used: {self.status}',
         )
+
+        wait_until(lambda: self.lost and self.lost[-1] < 0.05, lambda: f'a right pose is doubted: {self.lost}')
 
         # What is faulty is dropped, told, and changes nothing.
         self.send_range('left', math.nan)
@@ -184,6 +188,7 @@ class RangeLocalizationTest(unittest.TestCase):
         )
         self.assertFalse([s for s in self.corrected if s > last], 'a pose is given out that nobody knows')
         self.assertEqual(len(self.poses), poses)
+        self.assertEqual(self.lost[-1], 1.0)
 
         # A map without room ends the search in words; then it cannot be begun.
         solid = room()
@@ -208,6 +213,13 @@ class RangeLocalizationTest(unittest.TestCase):
             return any(stamp in self.corrected for stamp in sent)
 
         wait_until(answered, 'there is no pose after set_pose')
+
+    def test_wrong_poses_are_told_and_given_out_all_the_same(self):
+        """After the tests above."""
+        self.map_pub.publish(room())
+        self.ride(800, WRONG)
+        wait_until(lambda: self.lost and self.lost[-1] >= 0.5, lambda: f'a wrong pose is believed: {self.lost}')
+        wait_until(lambda: self.status.message.startswith('lost: '), lambda: f'nothing is told: {self.status}')
 
 
 def begins(search):

@@ -37,11 +37,11 @@ def test_scans_that_agree_lower_it_and_scans_through_walls_raise_it():
 
 def test_people_do_not_look_like_being_lost():
     assert after(*[FITS] * 10, *[AMONG_PEOPLE] * 25) < 0.5
-    assert log_ratio(AMONG_PEOPLE, LAW) < 0.3 * log_ratio(THROUGH_WALLS, LAW)
+    assert log_ratio(AMONG_PEOPLE, *LAW[:2]) < 0.3 * log_ratio(THROUGH_WALLS, *LAW[:2])
 
 
 def test_no_readings_say_nothing_but_trust_fades():
-    assert log_ratio(NOTHING, LAW) == 0.0
+    assert log_ratio(NOTHING, *LAW[:2]) == 0.0
     assert after(*[FITS] * 10) < after(*[FITS] * 10, *[NOTHING] * 50) < 0.2
 
 

@@ -51,6 +51,11 @@ class Corrected(Estimate):
             )
         )
 
+    @property
+    def lost_probability(self) -> float:
+        """That the pose is wrong, 0 to 1."""
+        return self.localizer.lost_probability
+
     def set_pose(self, pose: tuple[float, float, float], now: float) -> None:
         """As Filter's; from there on the filter is believed anew."""
         refused = self._inner.set_pose(pose, now)

@@ -39,6 +39,9 @@ def _diagonal(variances):
 class Estimate:
     """What both tell."""
 
+    lost_probability: float | None = None
+    """That the pose is wrong; None where nobody says."""
+
     def __init__(self) -> None:
         self.pose = self.velocity = self.stamp = self.map_from_odom = None
 

@@ -6,12 +6,7 @@ YAML. A step is 10 ms. Nothing here waits or asks for the time, so that a seed g
 
 from __future__ import annotations
 
-import gc
-import math
-from collections.abc import Callable
-from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from canserial.dbc.bus import BusDescription
 from canserial.reader.config import ReaderConfig
@@ -27,19 +22,16 @@ from sara_common.platforms import Platform, chosen, parameters
 from sara_control.gate.reasons import sentence
 from sara_lowlevel.config import FAST_IMU, SensorConfig
 from sara_nav.config.parameters import Parameters
-from sara_nav.goals.move_base_config import ACTIVE, IDLE, SUCCEEDED
+from sara_nav.goals.move_base_config import ACTIVE, IDLE
 from sara_nav.maps import map_io
 from sara_nav.move_base.settings import read_settings
 from sara_sim.chair import STEP_S, SimulatedChair
 from sara_sim.options import ChairOptions
 from sara_sim.world.world import World
 
-if TYPE_CHECKING:
-    from sara_bringup.missions.drive import Drive
-    from sara_bringup.missions.mission import Mission
-
 COMMAND_STEPS = 2  # 50 Hz: wheel commands
 FILTER_STEPS = 2  # 50 Hz: ekf_se
+LOST_TOPIC = 'lost_probability'
 START_TIMEOUT_S = 120.0  # the gyro's calibration and more must be over by then
 
 
@@ -101,8 +93,10 @@ class Lockstep:
             self.localization = Filter(start, localization, ekf, self.reader.config.variances)
         tree = parameters('sara_nav', 'sara_nav.yaml', platform)
         tree = merged(tree, parameters('sara_nav', 'scan.yaml')) if scan else tree
+        corrected = localization != 'fake' and (ekf == 'default' if ranges is None else ranges)
+        tree = merged(tree, {'lost_topic': LOST_TOPIC}) if corrected else tree
         settings = read_settings(Parameters(merged(tree, navigation or {})))
-        if localization != 'fake' and (ekf == 'default' if ranges is None else ranges):
+        if corrected:
             from sara_bringup.lockstep.corrected import Corrected  # the squares are driven without
 
             self.localization = Corrected(
@@ -198,6 +192,9 @@ class Lockstep:
         localization = self.localization
         if localization.step(now):
             self.wheels.guard.on_localization(localization.stamp, *localization.pose)
+        lost, config = localization.lost_probability, self.move_base.config
+        if lost is not None:
+            self.move_base.lost.hear(lost, now, config.lost_limit, config.found_limit)
 
     def _map_pose(self):
         """map -> base_link as tf has it: map -> odom of the localization, odom -> base_link of the wheels; None before
@@ -245,56 +242,3 @@ def world_of(grid: map_io.GridMap) -> World:
     """The simulator's World in which a map_io.GridMap is true."""
     geometry = grid.geometry
     return World(map_io.occupied(grid.data), geometry.resolution, (geometry.origin_x, geometry.origin_y))
-
-
-def drive(lockstep: Lockstep, mission: Mission, record: Drive, progress: Callable[[str], None] | None = None) -> None:
-    """Drive a mission's goals and fill `record` (drive.Drive); `progress`, if given, is called with a sentence per
-    corner.
-    """
-    with _no_collections():
-        return _drive(lockstep, mission, record, progress)
-
-
-@contextmanager
-def _no_collections():
-    """What a drive leaves is not in cycles: the garbage collector would look for some, and find none, a dozen times."""
-    was = gc.isenabled()
-    gc.disable()
-    try:
-        yield
-    finally:
-        if was:
-            gc.enable()
-
-
-def _drive(lockstep, mission, record, progress):
-    settle = round(1.0 / STEP_S)
-    lockstep.start_up()
-
-    def step():
-        lockstep.step()
-        if lockstep.tick % FILTER_STEPS == 0:
-            record.add_sample(lockstep.time, lockstep.chair.pose, lockstep.fused, lockstep.odometry)
-
-    for number, pose in enumerate(mission.goals, 1):
-        lockstep.result, given = None, lockstep.time
-        lockstep.move_base.set_goal(Pose2D(*pose), given)
-        end = given + mission.leg_timeout_s
-        while lockstep.result is None:
-            if lockstep.time > end:
-                lockstep.move_base.cancel(lockstep.time, f'not there after {mission.leg_timeout_s:.0f} s')
-            step()
-        ended = lockstep.time
-        for _ in range(settle):
-            step()
-        record.add_corner(pose, lockstep.result.status == SUCCEEDED, lockstep.result.text, given, ended)
-        corner = record.corners[-1]
-        if progress:
-            progress(
-                f'corner {number} of {len(mission.goals)}: '
-                f'{"reached" if corner.reached else "NOT reached: " + corner.text}, true pose '
-                f'{corner.position_error():.3f} m and {math.degrees(corner.yaw_error()):+.2f} deg off, '
-                f'{lockstep.time:.0f} s'
-            )
-    record.contacts = lockstep.chair.contacts
-    return record

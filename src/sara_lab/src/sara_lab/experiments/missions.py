@@ -2,7 +2,8 @@
 
 from collections.abc import Callable
 
-from sara_bringup.lockstep.lockstep import Lockstep, drive
+from sara_bringup.lockstep.lockstep import Lockstep
+from sara_bringup.lockstep.mission_drive import drive
 from sara_bringup.missions.drive import Drive
 from sara_bringup.missions.mission import load_mission
 from sara_bringup.paths import config_file, share

@@ -104,7 +104,6 @@ def calibration(drives: Sequence[Sequence[Moment]], law: LostLaw) -> float:
 
 def recorded_drives(numbers: Iterable[int], folder: Path) -> list[list[Moment]]:
     """The moments of the drives of these numbers, each kept in a file of the folder and driven once."""
-    folder.mkdir(parents=True, exist_ok=True)
     cases = [
         Case(name, number, people, heading=heading)
         for number, heading, people, name in product(numbers, KEEPS_HEADING, (False, True), MAPS)
@@ -122,15 +121,22 @@ def _recorded(case, folder):
     ]
 
 
-def main(words: list[str] | None = None) -> None:
-    """Entry point of nodes/fit_lost."""
-    parser = argparse.ArgumentParser(prog='fit_lost', description=__doc__)
-    parser.add_argument('--seeds', type=int, default=10, help='drives of each kind (default: %(default)s)')
-    parser.add_argument('--held-out', type=int, default=5, help='and that judge (default: %(default)s)')
-    parser.add_argument('--out', type=Path, default=Path('out/fit_lost'), help='where drives are kept')
+def options_of(words: list[str] | None, name: str, says: str, seeds: int, held_out: int) -> argparse.Namespace:
+    """`seeds`, `held_out`, `out` (Path) of a program that fits a law to drives; the numbers given are the defaults."""
+    parser = argparse.ArgumentParser(prog=name, description=says)
+    parser.add_argument('--seeds', type=int, default=seeds, help='drives of each kind (default: %(default)s)')
+    parser.add_argument('--held-out', type=int, default=held_out, help='and that judge (default: %(default)s)')
+    parser.add_argument('--out', type=Path, default=Path('out', name), help='where drives are kept')
     options = parser.parse_args(words)
     if min(options.seeds, options.held_out) < 1:
         parser.error('--seeds and --held-out are whole numbers of 1 or more')
+    options.out.mkdir(parents=True, exist_ok=True)
+    return options
+
+
+def main(words: list[str] | None = None) -> None:
+    """Entry point of nodes/fit_lost."""
+    options = options_of(words, 'fit_lost', __doc__, 10, 5)
     middle = FIRST + options.seeds
     fit, held_out = (
         recorded_drives(numbers, options.out)

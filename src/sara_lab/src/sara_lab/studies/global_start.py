@@ -5,6 +5,7 @@ ultrasonic sensors, and whether it is right when it says so. Beside it the same 
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable, Iterator
 from functools import cache
 from typing import NamedTuple
 
@@ -45,13 +46,13 @@ def start(recording: Recording, map_name: str, since: float = 0.0, further: floa
     """Let a localization that knows nothing but the map hear a Recording from so many m on, until it has known the
     place for `further` m.
     """
-    localizer = RangeLocalizer(settings(chosen()), _map(map_name))
+    localizer = RangeLocalizer(settings(chosen()), known_map(map_name))
     localizer.start_anywhere(_places(map_name))
     heard_from = _from(recording, since)
     way, found, at_once, errors, last = 0.0, None, None, (math.nan, math.nan), heard_from[0, 5:7]
     greatest = (0.0, 0.0)
-    readings = [reading for reading in _readings(recording) if reading[0] >= heard_from[0, 0] or not since]
-    for truth in _heard(localizer, heard_from, readings):
+    readings = [reading for reading in readings_of(recording) if reading[0] >= heard_from[0, 0] or not since]
+    for truth in heard(localizer, heard_from, readings):
         way, last = way + math.dist(truth[:2], last), truth[:2]
         if not localizer.searching:
             errors = _errors(localizer.correction.pose, truth)
@@ -76,23 +77,25 @@ class Told(NamedTuple):
 
 def told(recording: Recording, map_name: str) -> Told:
     """Let a localization that was told where the chair starts hear a Recording."""
-    localizer = RangeLocalizer(settings(chosen()), _map(map_name))
+    localizer = RangeLocalizer(settings(chosen()), known_map(map_name))
     poses = recording.poses.copy()
     poses[:, 2:5] = [compose(recording.poses[0, 5:8].tolist(), pose) for pose in recording.poses[:, 2:5].tolist()]
-    for _ in _heard(localizer, poses, _readings(recording)):
+    for _ in heard(localizer, poses, readings_of(recording)):
         pass
     truth = poses[-1, 5:8].tolist()
     return Told(*_errors(localizer.correction.pose, truth), *_errors(poses[-1, 2:5].tolist(), truth))
 
 
-def _heard(localizer, poses, readings):
+def heard(
+    localizer: RangeLocalizer, poses: np.ndarray, readings: Iterable[tuple[float, RangeData]]
+) -> Iterator[list[float]]:
     """Let a localizer hear a Recording's poses and, as they come, its readings; the true pose after each pose."""
     coming = iter(readings)
-    heard, reading = next(coming)
+    came, reading = next(coming)
     for now, stamp, *both in poses.tolist():
-        while heard <= now:
+        while came <= now:
             localizer.on_range(reading)
-            heard, reading = next(coming, (math.inf, None))
+            came, reading = next(coming, (math.inf, None))
         localizer.on_pose(stamp, tuple(both[:3]))
         yield both[3:]
 
@@ -105,15 +108,16 @@ def _from(recording, since):
 
 @cache
 def _places(name) -> Places:
-    return Places(_map(name), settings(chosen()).search_clearance)
+    return Places(known_map(name), settings(chosen()).search_clearance)
 
 
 @cache
-def _map(name) -> RangeMap:
+def known_map(name: str) -> RangeMap:
+    """What the localization knows of a map."""
     return range_map(grid_of(name), settings(chosen()).map_occupied_above)
 
 
-def _readings(recording):
+def readings_of(recording: Recording) -> list[tuple[float, RangeData]]:
     """[(when it came, s; RangeData)]."""
     places, reader = mountings(chosen()), parameters('canserial', 'read.yaml')
     limits = reader['range_min'], reader['range_max']

@@ -21,7 +21,8 @@ from sara_bringup.lockstep.lockstep import Lockstep
 from sara_common.planar import Pose2D, compose, inverse, wrap
 from sara_common.platforms import parameters
 from sara_control.mux.joystick import Joystick, JoystickConfig
-from sara_lab.journeys.travel_cases import grid_of, map_file, random_of, random_poses, roomy_pose
+from sara_lab.journeys.crowd import crowd
+from sara_lab.journeys.travel_cases import boxes, grid_of, map_file, random_of, random_poses, roomy_pose
 from sara_lab.studies.kept_arrays import kept_arrays
 from sara_nav.costmaps.costmap import INSCRIBED, InflationConfig, build
 from sara_nav.planners.grid_planner import GridPlanner
@@ -34,6 +35,7 @@ from sara_sim.world.world import World
 if TYPE_CHECKING:
     from canserial.reader.readings import RangeReading
 
+ABOUT = '', 'boxes', 'pedestrians'
 WAY = 25.0  # m that are driven
 ROOM = 0.36  # m that ways keep from walls at least; they prefer SPACE
 SPACE = InflationConfig(1.0, 3.0)
@@ -86,11 +88,14 @@ class Ear(Estimate):
         return True
 
 
-def record(name: str, number: int) -> Recording:
-    """Drive `number` on a map: the seed of chair, start and way."""
+def record(name: str, number: int, about: str = '') -> Recording:
+    """Drive `number` on a map: the seed of chair, start and way. about: what the map does not show, one of ABOUT."""
     random = random_of(name, 'wander', number)
     world = World.from_yaml(map_file(name))
-    lockstep = Lockstep(map_file(name), roomy_pose(grid_of(name), world, random), number, ranges=False)
+    start = roomy_pose(grid_of(name), world, random)
+    lockstep = Lockstep(map_file(name), start, number, ranges=False)
+    for obstacle in boxes(name) if about == 'boxes' else crowd(name, number, start) if about == 'pedestrians' else ():
+        lockstep.chair.world.obstacles.add(obstacle)
     ear = lockstep.localization = Ear(lockstep.localization, lockstep.chair)
     joystick = Joystick(JoystickConfig.from_params(parameters('sara_control', 'mux.yaml')['joystick']))
     lockstep.start_up()
@@ -109,9 +114,10 @@ def record(name: str, number: int) -> Recording:
     return Recording(np.array(ear.poses), np.array(ear.ranges), tuple(ear.sensors), way)
 
 
-def kept(name: str, number: int, folder: Path) -> Recording:
+def kept(name: str, number: int, folder: Path, about: str = '') -> Recording:
     """As `record`; made once and kept in a folder."""
-    return kept_recording(folder / f'wander_{name}_{number}.npz', lambda: record(name, number))
+    path = folder / '_'.join(['wander', *filter(None, (about, name)), f'{number}.npz'])
+    return kept_recording(path, lambda: record(name, number, about))
 
 
 def kept_recording(path: Path, make: Callable[[], Recording]) -> Recording:

@@ -19,7 +19,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sara_common.planar import compose, inverse, wrap
+from sara_common.planar import compose, inverse
 from sara_localization.particles import echo_table, field
 from sara_localization.particles.amcl_config import AmclConfig
 from sara_localization.particles.belief import Belief, belief
@@ -95,6 +95,13 @@ class Places:
         self.roomy, self._map = roomy.reshape(map_.cells.shape), map_
         self._tables: dict[tuple[float, float], EchoTable] = {}
 
+    @classmethod
+    def prepared(cls, map_: RangeMap, clearance: float, field_of_view: float, limit: float) -> Places:
+        """With the table that sensors need; see there."""
+        places = cls(map_, clearance)
+        places.table(field_of_view, limit)
+        return places
+
     def table(self, field_of_view: float, limit: float) -> EchoTable:
         """What sensors with a full cone (rad) hear there up to `limit` (m): takes a second or so the first time."""
         cone = field_of_view, limit
@@ -137,12 +144,7 @@ class GlobalSearch:
 
     def is_due(self, here: tuple[float, float, float]) -> bool:
         """Whether the robot has moved enough for a step, by the dead reckoning's pose (x, y, yaw)."""
-        last, c = self._last, self.config
-        return (
-            last is None
-            or math.dist(last[:2], here[:2]) >= c.search_min_d
-            or abs(float(wrap(here[2] - last[2]))) >= c.search_min_a
-        )
+        return self._last is None or self.config.has_moved(self._last, here)
 
     def step(self, here: tuple[float, float, float], echoes: Sequence[Echo]) -> Found | None:
         """The robot is at (x, y, yaw) by the dead reckoning, and has heard these since the last step, the newest of

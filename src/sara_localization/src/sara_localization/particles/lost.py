@@ -14,6 +14,7 @@ as badly as among many people, that is no proof of being lost.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -25,6 +26,9 @@ NEAR, TURNED = 0.5, math.radians(30.0)
 
 
 _LEAST = 1e-6
+
+Dirichlet = tuple[float, float, float, float]
+"""The four parameters of a Dirichlet distribution, as Agreement has its counts."""
 
 
 class Agreement(NamedTuple):
@@ -49,14 +53,14 @@ class Evidence(NamedTuple):
 
 
 class LostLaw(NamedTuple):
-    """The model's numbers. found, lost: the Dirichlet distributions' four parameters, as Agreement has its counts.
+    """The model's numbers. found, lost: the distributions of readings in either state.
     loses, finds: probability from one measurement to the next that a right pose becomes wrong, and a wrong one right.
     share: how much a measurement says beside those before it, 0 to 1; at_rest: times this, where the robot has not
     moved since. rivals: how much of the log odds that the particles elsewhere have by their weights is believed.
     """
 
-    found: tuple[float, float, float, float]
-    lost: tuple[float, float, float, float]
+    found: Dirichlet
+    lost: Dirichlet
     loses: float
     finds: float
     share: float
@@ -91,7 +95,7 @@ class LostFilter:
         weight = law.share * (1.0 if moved else law.at_rest)
         before = self.hidden * (1.0 - law.finds) + (1.0 - self.hidden) * law.loses if moved else self.hidden
         before = min(max(before, _LEAST), 1.0 - _LEAST)
-        log_odds = math.log(before / (1.0 - before)) + weight * log_ratio(agreement, law)
+        log_odds = math.log(before / (1.0 - before)) + weight * log_ratio(agreement, law.found, law.lost)
         self.hidden = 1.0 / (1.0 + math.exp(-log_odds))
         self.probability = 1.0 - (1.0 - self.hidden) * (1.0 - _tempered(outside, law.rivals))
 
@@ -102,12 +106,12 @@ def _tempered(share, exponent):
     return lost / (kept + lost)
 
 
-def log_ratio(agreement: Agreement, law: LostLaw) -> float:
+def log_ratio(agreement: Agreement, found: Dirichlet, lost: Dirichlet) -> float:
     """The logarithm of how many times likelier a measurement is where the pose is wrong than where it is right."""
-    return _log_likelihood(agreement, law.lost) - _log_likelihood(agreement, law.found)
+    return log_likelihood(agreement, lost) - log_likelihood(agreement, found)
 
 
-def _log_likelihood(counts, alphas):
+def log_likelihood(counts: Sequence[int], alphas: Sequence[float]) -> float:
     """Of the Dirichlet-multinomial distribution, but for what does not depend on alphas."""
     total, n = sum(alphas), sum(counts)
     parts = sum(math.lgamma(alpha + count) - math.lgamma(alpha) for alpha, count in zip(alphas, counts))

@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass, fields
 
 from sara_common.config import ConfigError, is_whole
+from sara_common.planar import wrap_exact
 from sara_localization.config.parameters import ParameterReader
 from sara_localization.ranges.range_data import BeamModel
 
@@ -89,7 +90,7 @@ class RangeConfig:
 
     search_min_d: float = 0.2
     search_min_a: float = 0.35
-    """m driven or rad turned between two steps of a search for the place (global_localization)."""
+    """m driven or rad turned between two steps of a search for the place, and of judging whether it is right."""
     search_clearance: float = 0.25
     """m from the walls that the robot's middle keeps: half its width, or less."""
     search_sigma_hit: float = 0.1
@@ -102,6 +103,11 @@ class RangeConfig:
     divided by it."""
     seed: int = 0
     """Of the search's random numbers."""
+
+    lost_recovery: bool = True
+    """Whether the place is searched for once the pose is probably wrong."""
+    lost_limit: float = 0.5
+    """The probability, 0 to 1, from which on that is so."""
 
     max_correction_rate: float = 0.05
     """m/s at which what is given out follows the estimate."""
@@ -117,6 +123,13 @@ class RangeConfig:
         """Of the search."""
         return BeamModel(
             self.search_sigma_hit, self.range_z_hit, self.range_z_short, self.range_z_max, self.range_z_rand
+        )
+
+    def has_moved(self, last: tuple[float, float, float], here: tuple[float, float, float]) -> bool:
+        """Whether a robot has moved enough for a step of a search, or to be judged anew, between two poses."""
+        return (
+            math.dist(last[:2], here[:2]) >= self.search_min_d
+            or abs(wrap_exact(here[2] - last[2])) >= self.search_min_a
         )
 
     def faults(self) -> list[str]:
@@ -143,6 +156,8 @@ class RangeConfig:
             )
         if not self.map_occupied_above < 100.0:
             found.append(f'map_occupied_above is {self.map_occupied_above:g}, allowed are numbers below 100')
+        if self.lost_limit > 1.0:
+            found.append(f'lost_limit is {self.lost_limit:g}, allowed are 0 to 1')
         names = [getattr(self, name) for name in _FRAMES]
         if len(set(names)) < 3:
             found.append(

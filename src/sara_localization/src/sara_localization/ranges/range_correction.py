@@ -254,15 +254,23 @@ class RangeCorrection:
 
     def _in_grid(self, r, here):
         """Robot now and sensor then, (x, y, yaw) in the map's grid, and (cos, sin) of the grid's yaw."""
-        base = self.pose
+        turned = self.map.origin[2]
         sensor = compose(compose(self._wanted, here), r.mount)
+        return self._to_grid(self.pose), self._to_grid(sensor), (math.cos(turned), math.sin(turned))
+
+    def _to_grid(self, pose):
         ox, oy, turned = self.map.origin
         back = (math.cos(turned), math.sin(turned))
-        return (
-            (*_turned_back(base[0] - ox, base[1] - oy, back), base[2] - turned),
-            (*_turned_back(sensor[0] - ox, sensor[1] - oy, back), sensor[2] - turned),
-            back,
-        )
+        return (*_turned_back(pose[0] - ox, pose[1] - oy, back), pose[2] - turned)
+
+    def sensor_in_grid(
+        self, here: tuple[float, float, float], mount: tuple[float, float, float]
+    ) -> tuple[float, float, float]:
+        """A sensor of the robot by the estimate, as x, y, yaw from the corner of the map's grid.
+
+        here: the dead-reckoned pose then. mount: the sensor in the robot.
+        """
+        return self._to_grid(compose(compose(self._wanted, here), mount))
 
     def _predicted(self, r, here):
         """(distance, H (3,), standard deviation of the reading) by the map, in its frame; or why there is none."""

@@ -16,20 +16,21 @@ LOST_SIGMA = 0.3
 
 class Heard(NamedTuple):
     """When the last pose and the last range came (s), None before the first; the sentence about a transform that is not
-    there; while the place is searched for, the sentence how far that has come.
+    there; while the place is searched for, the sentence how far that has come; the probability that the pose is wrong.
     """
 
     last_pose: float | None = None
     last_range: float | None = None
     missing: str = ''
     searching: str = ''
+    lost: float = 0.0
 
 
 def status(
     name: str, correction: RangeCorrection, now: float, heard: Heard, before: dict[str, int] | None = None
 ) -> Status:
     """The node's status at a time (s); `before`: the counts of the last time, for faults are told when they are new."""
-    last_pose, last_range, missing, searching = heard
+    last_pose, last_range, missing, searching, lost = heard
     counts, (place, yaw) = correction.counts, correction.sigma
     faults = new_faults(counts, before or {}, (what for what in FAULTS if what != 'no_map'))
     level, message = OK, f'the pose is corrected by {counts["used"]} ranges'
@@ -53,6 +54,7 @@ def status(
         ('sigma (m)', f'{place:.3f}'),
         ('sigma (deg)', f'{math.degrees(yaw):.2f}'),
         ('correction (m, m, deg)', f'{x:.3f} {y:.3f} {math.degrees(turn):.2f}'),
+        ('probability of being lost', f'{lost:.3f}'),
         ('scale of turns', f'{correction.scale:.4f} +- {correction.turn_scale.sigma:.4f}'),
     )
     return Status(name, level, message, values)

@@ -2,13 +2,14 @@
 frames.
 
 In: odom (Odometry: a pose in the map by dead reckoning), map, ~range_topics (Range), set_pose, /tf. Out: map -> odom,
-odometry/corrected, amcl_pose, /diagnostics. Service: global_localization. While the place is searched for only
-/diagnostics is published.
+odometry/corrected, amcl_pose, lost_probability, /diagnostics. Service: global_localization. While the place is searched
+for only the last two are published.
 """
 
 from __future__ import annotations
 
 import threading
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
@@ -18,6 +19,7 @@ from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseWithCovarianceStamped
 from nav_msgs.msg import OccupancyGrid, Odometry
 from sensor_msgs.msg import Range
+from std_msgs.msg import Float32
 from std_srvs.srv import Empty, EmptyRequest, EmptyResponse
 from tf2_msgs.msg import TFMessage
 
@@ -48,7 +50,8 @@ class RangeNode:
     """Callbacks and the timer share one lock."""
 
     def __init__(self, config: RangeConfig):
-        self.config, self.localizer = config, RangeLocalizer(config, turn_scale=_kept(config))
+        self.config, beside = config, ThreadPoolExecutor(1, 'places')
+        self.localizer = RangeLocalizer(config, turn_scale=_kept(config), submit=beside.submit)
         self.correction = self.localizer.correction
         self.lock, self.transforms = threading.Lock(), Tf2Transforms()
         self.mounts, self.missing, self.told, self.counted = {}, '', set(), {}
@@ -56,6 +59,7 @@ class RangeNode:
         self.odometry_pub = rospy.Publisher('odometry/corrected', Odometry, queue_size=20, tcp_nodelay=True)
         self.transform_pub = rospy.Publisher('/tf', TFMessage, queue_size=100, tcp_nodelay=True)
         self.pose_pub = rospy.Publisher('amcl_pose', PoseWithCovarianceStamped, queue_size=1, latch=True)
+        self.lost_pub, self.lost_said = rospy.Publisher('lost_probability', Float32, queue_size=2, latch=True), None
         self.diagnostics_pub = rospy.Publisher('/diagnostics', DiagnosticArray, queue_size=10)
         self.subscribers = [
             rospy.Subscriber('map', OccupancyGrid, self.on_map, queue_size=1),
@@ -186,8 +190,15 @@ class RangeNode:
             if what == 'bad_range':
                 self._warn_once(topic + what, f'a reading on {topic} holds what is no range: dropped')
             pose, P = self.correction.pose, self.correction.P
+            lost = self.localizer.lost_probability
+        if lost != self.lost_said:
+            self._publish_lost(lost)
         if what in ('used', 'found'):
             self._publish_pose(msg.header.stamp, pose, P)
+
+    def _publish_lost(self, probability):
+        self.lost_said = probability
+        publish(self.lost_pub, Float32(probability))
 
     def _publish_pose(self, stamp, pose, P):
         msg = PoseWithCovarianceStamped()
@@ -211,11 +222,13 @@ class RangeNode:
         """Once a second to /diagnostics; and to the log what is being waited for."""
         with self.lock:
             now = rospy.Time.now()
-            heard = Heard(self.last_pose, self.last_range, self.missing, self.localizer.told)
+            lost = self.localizer.lost_probability
+            heard = Heard(self.last_pose, self.last_range, self.missing, self.localizer.told, lost)
             told = status('range_localization', self.correction, now.to_sec(), heard, self.counted)
             self.counted = dict(self.correction.counts)
         if told.level:
             rospy.logwarn_throttle(PATIENCE, told.message)
+        self._publish_lost(lost)
         publish(self.diagnostics_pub, diagnostic_array(now, [told]))
 
 
