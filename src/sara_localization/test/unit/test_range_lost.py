@@ -98,6 +98,16 @@ def test_a_pose_that_is_told_ends_it():
     assert localizer.lost_probability == LAW.prior
 
 
+@pytest.mark.parametrize('way', [0.3, 20.0])
+def test_dead_reckoning_that_jumps_ends_it(way):
+    localizer = Probabilities(CONFIG, room([CUPBOARD]))
+    drive(localizer, [CUPBOARD], POSES[:25], reckoned=AWAY)
+    assert localizer.search is not None
+    stamp, here = localizer.correction._trail.newest
+    localizer.on_pose(stamp + 0.1, compose(here, (way, 0.0, 0.0)))
+    assert localizer.lost_probability == LAW.prior and localizer.search is None and not localizer.searching
+
+
 def test_a_map_without_room_is_searched_in_vain():
     narrow = np.full((80, 14), 100, np.int8)
     narrow[2:-2, 3:-3] = 0
@@ -107,6 +117,7 @@ def test_a_map_without_room_is_searched_in_vain():
         for name, yaw, distance in (('left', math.pi / 2, 1.5), ('right', -math.pi / 2, math.inf)):
             localizer.on_range(RangeData(name, 10.0 + 0.1 * k, (0.0, 0.0, yaw), distance, 0.16, 2.5, CONE))
     assert localizer.lost_probability > LIMIT and localizer.search is None
+    assert 'cannot be searched for: the map has no free place' in localizer.told
 
 
 def test_a_robot_that_stands_and_faulty_readings_change_nothing():

@@ -102,8 +102,7 @@ class RangeLocalizer:
             probability = self.lost.probability
             if probability < self.config.lost_limit:
                 return ''
-            beside = '; drive it about, or tell it where it is' if self._coming else ''
-            return f'lost: the pose is wrong with a probability of {probability:.2f}{beside}'
+            return f'lost: the pose is wrong with a probability of {probability:.2f}{self._what_helps()}'
         search = self.search
         if search is None or search.belief is None:
             return 'not sure where the robot is: drive it about'
@@ -113,13 +112,22 @@ class RangeLocalizer:
             return f'not sure where the robot is: {like}; drive on'
         return f'not sure where the robot is: places that fit: {search.belief.clusters}; drive it about'
 
+    def _what_helps(self):
+        if self._coming is None:
+            return ''
+        fault = self._coming.exception() if self._coming.done() else None
+        return f'; it cannot be searched for: {fault}' if fault else '; drive it about, or tell it where it is'
+
     def on_pose(self, stamp: float, pose: tuple[float, float, float]) -> None:
         """See RangeCorrection. Where the dead reckoning jumps, a search begins anew; and one begins where its frame was
-        found by a search, for then nobody has put it there.
+        found by a search, for then nobody has put it there. What was heard before says nothing of the pose then.
         """
         what = self.correction.on_pose(stamp, pose)
         if what and self.searching or what == 'jumped' and not self.correction.laid:
             self.start_anywhere()
+        elif what:
+            self._end()
+            self.lost.start()
 
     def on_range(self, reading: RangeData) -> str:
         """Take a reading; returns what became of it, as RangeCorrection's; while searching 'searched', or 'found' for
