@@ -28,7 +28,7 @@ from sara_localization.ranges import map_echo
 from sara_localization.ranges.following import followed, frame_of, lag
 from sara_localization.ranges.map_echo import Cone
 from sara_localization.ranges.range_config import RangeConfig
-from sara_localization.ranges.range_data import RangeData, RangeMap
+from sara_localization.ranges.range_data import RangeData, RangeMap, turned_back
 from sara_localization.ranges.trail import Trail
 from sara_localization.ranges.turn_scale import MOST, TurnScale
 
@@ -252,17 +252,6 @@ class RangeCorrection:
         """The dead-reckoned pose (x, y, yaw) at a time (s), None where that is not remembered."""
         return self._trail.at(stamp, self.config.transform_tolerance)
 
-    def _in_grid(self, r, here):
-        """Robot now and sensor then, (x, y, yaw) in the map's grid, and (cos, sin) of the grid's yaw."""
-        turned = self.map.origin[2]
-        sensor = compose(compose(self._wanted, here), r.mount)
-        return self._to_grid(self.pose), self._to_grid(sensor), (math.cos(turned), math.sin(turned))
-
-    def _to_grid(self, pose):
-        ox, oy, turned = self.map.origin
-        back = (math.cos(turned), math.sin(turned))
-        return (*_turned_back(pose[0] - ox, pose[1] - oy, back), pose[2] - turned)
-
     def sensor_in_grid(
         self, here: tuple[float, float, float], mount: tuple[float, float, float]
     ) -> tuple[float, float, float]:
@@ -270,17 +259,18 @@ class RangeCorrection:
 
         here: the dead-reckoned pose then. mount: the sensor in the robot.
         """
-        return self._to_grid(compose(compose(self._wanted, here), mount))
+        return self.map.in_grid(compose(compose(self._wanted, here), mount))
 
     def _predicted(self, r, here):
         """(distance, H (3,), standard deviation of the reading) by the map, in its frame; or why there is none."""
         c, m = self.config, self.map
-        base, sensor, back = self._in_grid(r, here)
+        base, sensor = m.in_grid(self.pose), self.sensor_in_grid(here, r.mount)
+        back = m.back
         # Half axes of the uncertainty, turned into the grid's frame.
         L = np.linalg.cholesky(self.P + 1e-12 * np.eye(3))
         axes = np.empty((3, 3))
         for k in range(3):
-            dx, dy = _turned_back(L[0, k], L[1, k], back)
+            dx, dy = turned_back(L[0, k], L[1, k], back)
             axes[k] = c.sigmas * dx, c.sigmas * dy, c.sigmas * L[2, k]
         cone = Cone(0.5 * r.field_of_view, c.range_max_range + c.max_innovation, c.plane_tolerance)
         what, distance, hx, hy, hyaw = map_echo.predict(m.cells, m.resolution, base[:2], sensor, cone, axes)
@@ -302,7 +292,3 @@ class RangeCorrection:
         x, y_, yaw = compose(self._wanted, here)
         moved = K * y
         self._wanted = frame_of((x + float(moved[0]), y_ + float(moved[1]), wrap_exact(yaw + float(moved[2]))), here)
-
-
-def _turned_back(x, y, back):
-    return back[0] * x + back[1] * y, back[0] * y - back[1] * x

@@ -13,6 +13,11 @@ SMALLEST_CELL, FARTHEST = 1e-3, 1e7
 """m: of a map's cells at least, and of its size and of poses at most: a float's last digits are fine there."""
 
 
+def turned_back(x: float, y: float, back: tuple[float, float]) -> tuple[float, float]:
+    """A vector turned by minus an angle. back: (cosine, sine) of that."""
+    return back[0] * x + back[1] * y, back[0] * y - back[1] * x
+
+
 class RangeMap(NamedTuple):
     """Cells of a map: uint8 (rows, columns) as map_echo has them, row 0 lowest; m per cell; origin (x, y, yaw) of its
     lower left corner, m, rad.
@@ -21,6 +26,16 @@ class RangeMap(NamedTuple):
     cells: np.ndarray
     resolution: float
     origin: tuple[float, float, float] = (0.0, 0.0, 0.0)
+
+    @property
+    def back(self) -> tuple[float, float]:
+        """(cosine, sine) of the origin's yaw, for turned_back."""
+        return math.cos(self.origin[2]), math.sin(self.origin[2])
+
+    def in_grid(self, pose: tuple[float, float, float]) -> tuple[float, float, float]:
+        """A pose (x, y, yaw) in the map's frame, as seen from the corner of its grid."""
+        x, y, yaw = self.origin
+        return (*turned_back(pose[0] - x, pose[1] - y, self.back), pose[2] - yaw)
 
     @classmethod
     def from_occupancy(
