@@ -12,10 +12,13 @@ import pytest
 sys.path.append(str(Path(__file__).resolve().parent))
 from range_world import CELL, CONE, CONFIG, CUPBOARD, drive, room, way  # noqa: E402
 
+from ahead_of_time import compilations  # noqa: E402
 from sara_common.planar import compose, wrap  # noqa: E402
+from sara_localization.particles import echo_table  # noqa: E402
 from sara_localization.particles.global_search import Places  # noqa: E402
 from sara_localization.particles.range_localizer import RangeLocalizer  # noqa: E402
 from sara_localization.particles.range_lost import LAW  # noqa: E402
+from sara_localization.ranges import map_echo  # noqa: E402
 from sara_localization.ranges.range_data import RangeData, RangeMap  # noqa: E402
 
 POSES = way(2)
@@ -66,6 +69,15 @@ def test_the_place_is_found_again_meanwhile_the_pose_is_given_out():
         assert localizer.said[-1] < 0.1 and localizer.told == ''
         ends.append((said, localizer.correction.pose))
     assert ends[0] == ends[1]
+
+
+def test_nothing_compiles_while_the_pose_is_judged_and_searched_for():
+    localizer = RangeLocalizer(CONFIG, room([CUPBOARD]))
+    kernels = (map_echo.echo, echo_table._fill, echo_table.add_logarithms)
+    before = [compilations(kernel) for kernel in kernels]
+    assert 'found' in drive(localizer, [CUPBOARD], POSES, reckoned=AWAY)
+    echo, *others = (compilations(kernel) - was for kernel, was in zip(kernels, before))
+    assert echo == 0 and max(others) <= 1
 
 
 def test_without_recovery_it_stays_lost():

@@ -179,4 +179,5 @@ def warm() -> None:
     """Compile, or load from the cache, the kernels for the types they are called with."""
     grid = np.zeros((3, 3), np.uint8)
     cast(grid, 1.5, 1.5, 0.0, 1.0)
+    echo(grid, 1.0, (1.5, 1.5, 0.0), Cone(0.5, 1.0, 0.1))
     predict(grid, 1.0, (1.5, 1.5), (1.5, 1.5, 0.0), Cone(0.5, 1.0, 0.1), np.zeros((3, 3)))
