@@ -92,7 +92,9 @@ def test_nothing_waits_for_places_that_are_still_worked_out():
     drive(localizer, [CUPBOARD], POSES[:40], reckoned=AWAY)
     assert len(works) == 1 and localizer.search is None
     assert localizer.told.endswith('drive it about, or tell it where it is')
-    coming.set_result(works[0]())
+    pauses = []
+    coming.set_result(works[0](lambda: pauses.append(0)))
+    assert len(pauses) > 10
     assert isinstance(coming.result(), Places)
     assert 'found' in drive(localizer, [CUPBOARD], POSES, reckoned=AWAY)
 

@@ -12,6 +12,7 @@ A reading is then as likely as the beam model of S. Thrun, W. Burgard, D. Fox, "
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -33,8 +34,8 @@ NEAR, FAR, READINGS = BINS, BINS + 1, BINS + 2
 """Bins of readings nearer than a sensor can measure, and of no echo; how many bins there are."""
 STEEPEST = math.radians(60.0)
 """Between a wall's normal and the cone's axis."""
-AT_ONCE = 2000
-"""Cells that are worked out without a break, 20 ms or so."""
+AT_ONCE = 200
+"""Cells that are worked out without a break, 2 ms or so."""
 MOST_CELLS = 2_000_000
 """Free cells of a map that is searched, at 72 bytes each."""
 NORMAL_REACH = 4
@@ -83,8 +84,8 @@ def _fill(cells, normals, free, limits, codes):
                 codes[i, k] = min(int(best / cells_in_bin), BINS - 1)
 
 
-def make(map_: RangeMap, field_of_view: float, limit: float) -> EchoTable:
-    """Of sensors with a full cone (rad) that hear up to `limit` (m)."""
+def make(map_: RangeMap, field_of_view: float, limit: float, pause: Callable[[], None] = lambda: None) -> EchoTable:
+    """Of sensors with a full cone (rad) that hear up to `limit` (m). pause: called after every AT_ONCE cells."""
     free = field.free_cells(map_)
     rows = np.full(map_.cells.shape, -1, np.int32)
     rows.ravel()[free] = np.arange(len(free), dtype=np.int32)
@@ -92,9 +93,10 @@ def make(map_: RangeMap, field_of_view: float, limit: float) -> EchoTable:
     half = int(round(0.5 * field_of_view / (2.0 * math.pi) * HEADINGS))
     size = map_.resolution
     normals, limits = _normals(map_), (limit / size, half, STEEPEST, limit / BINS / size)
-    for first in range(0, len(free), AT_ONCE):  # other threads run between
+    for first in range(0, len(free), AT_ONCE):
         part = slice(first, first + AT_ONCE)
         _fill(map_.cells, normals, free[part], limits, codes[part])
+        pause()
     return EchoTable(codes, rows, Placement.of(map_), limit / BINS)
 
 

@@ -14,7 +14,7 @@ Where in its place the robot is the same readings tell; until they do so exactly
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -96,17 +96,22 @@ class Places:
         self._tables: dict[tuple[float, float], EchoTable] = {}
 
     @classmethod
-    def prepared(cls, map_: RangeMap, clearance: float, field_of_view: float, limit: float) -> Places:
+    def prepared(
+        cls, map_: RangeMap, clearance: float, field_of_view: float, limit: float, pause: Callable[[], None]
+    ) -> Places:
         """With the table that sensors need; see there."""
         places = cls(map_, clearance)
-        places.table(field_of_view, limit)
+        places.table(field_of_view, limit, pause)
         return places
 
-    def table(self, field_of_view: float, limit: float) -> EchoTable:
-        """What sensors with a full cone (rad) hear there up to `limit` (m): takes a second or so the first time."""
+    def table(self, field_of_view: float, limit: float, pause: Callable[[], None] = lambda: None) -> EchoTable:
+        """What sensors with a full cone (rad) hear there up to `limit` (m): takes a second or so the first time.
+
+        pause: called every few ms meanwhile.
+        """
         cone = field_of_view, limit
         if cone not in self._tables:
-            self._tables[cone] = echo_table.make(self._map, *cone)
+            self._tables[cone] = echo_table.make(self._map, *cone, pause)
         return self._tables[cone]
 
 

@@ -21,15 +21,17 @@ SAME_CONE = math.radians(5.0)
 AGAIN = 0.2
 """The probability that the pose is wrong at or below which a search beside ends: it fits again."""
 
-Submit = Callable[[Callable[[], Places]], 'Future[Places]']
-"""Has something worked out: at once, or in another thread."""
+Work = Callable[[Callable[[], None]], Places]
+"""Takes a second or more, and calls what it is given every few ms meanwhile."""
+Submit = Callable[[Work], 'Future[Places]']
+"""Has Work done: at once, or in another thread."""
 
 
-def at_once(work: Callable[[], Places]) -> Future[Places]:
+def at_once(work: Work) -> Future[Places]:
     """A Submit that waits for it."""
     future: Future[Places] = Future()
     try:
-        future.set_result(work())
+        future.set_result(work(lambda: None))
     except ValueError as error:
         future.set_exception(error)
     return future
@@ -148,7 +150,7 @@ class RangeLocalizer:
                 return False
             c, map_ = self.config, self.correction.map
             cone = reading.field_of_view, min(c.range_max_range, reading.most)
-            self._coming = self._submit(lambda: Places.prepared(map_, c.search_clearance, *cone))
+            self._coming = self._submit(lambda pause: Places.prepared(map_, c.search_clearance, *cone, pause))
         if self.lost.probability <= AGAIN:
             self._end()
             return False

@@ -9,6 +9,7 @@ for only the last two are published.
 from __future__ import annotations
 
 import threading
+import time
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
@@ -42,6 +43,10 @@ from sara_localization.ros.tf2_transforms import Tf2Transforms
 QUEUE = 100
 DIAGNOSTICS_PERIOD = 1.0
 PATIENCE = 5.0
+PAUSE = 0.004
+"""s between the parts of a long work in another thread, which would else starve the callbacks: one thread runs at a
+time.
+"""
 PLANAR = np.ix_((0, 1, 5), (0, 1, 5))
 """x, y, yaw in a (6, 6) covariance."""
 
@@ -51,7 +56,9 @@ class RangeNode:
 
     def __init__(self, config: RangeConfig):
         self.config, beside = config, ThreadPoolExecutor(1, 'places')
-        self.localizer = RangeLocalizer(config, turn_scale=_kept(config), submit=beside.submit)
+        self.localizer = RangeLocalizer(
+            config, turn_scale=_kept(config), submit=lambda work: beside.submit(work, lambda: time.sleep(PAUSE))
+        )
         self.correction = self.localizer.correction
         self.lock, self.transforms = threading.Lock(), Tf2Transforms()
         self.mounts, self.missing, self.told, self.counted = {}, '', set(), {}
