@@ -207,39 +207,38 @@ def look_up(costs: np.ndarray, grid: Grid, window: Window, source: Source, maxim
     Where the source's cells are smaller, a cell takes the highest of the costs known in it, lest what is thin be lost.
     Cells that lie off the map are left as they are.
     """
-    origin_x, origin_y, resolution = grid
-    points = max(int(math.ceil(resolution / source.grid.resolution - 1e-6)), 1)
-    gap = resolution / points
+    points = max(int(math.ceil(grid.resolution / source.grid.resolution - 1e-6)), 1)
     x0, y0, xn, yn = window
+    highest = np.full((yn - y0, xn - x0), OFF_MAP, np.int16)
+    for i in range(points):
+        for j in range(points):
+            _take_higher(highest, grid, (x0 + (j + 0.5) / points, y0 + (i + 0.5) / points), source)
     for row in range(y0, yn):
         for column in range(x0, xn):
-            left, low = origin_x + column * resolution + 0.5 * gap, origin_y + row * resolution + 0.5 * gap
-            highest = OFF_MAP
-            for i in range(points):
-                for j in range(points):
-                    highest = _higher(highest, _cost_at(source, left + j * gap, low + i * gap))
-            if highest != OFF_MAP and (not maximum or highest > costs[row, column]):
-                costs[row, column] = highest
+            cost = highest[row - y0, column - x0]
+            if cost != OFF_MAP and (not maximum or cost > costs[row, column]):
+                costs[row, column] = cost
 
 
 @kernel
-def _cost_at(source, x, y):
-    """Return a Source's cost at a place of the other grid's frame (m), or OFF_MAP."""
+def _take_higher(highest, grid, first, source):
+    """Raise costs (rows, columns) of a Grid to a Source's, at one point in each cell; first: in the first one, in cells
+    (column, row). Any cost that is known is higher than an unknown one, and that than OFF_MAP.
+    """
     source_x, source_y, resolution = source.grid
     frame_x, frame_y, frame_yaw = source.frame
-    c, s = math.cos(frame_yaw), math.sin(frame_yaw)
-    u = int(math.floor((frame_x + c * x - s * y - source_x) / resolution))
-    v = int(math.floor((frame_y + s * x + c * y - source_y) / resolution))
     height, width = source.costs.shape
-    return int(source.costs[v, u]) if 0 <= u < width and 0 <= v < height else OFF_MAP
-
-
-@kernel
-def _higher(one, other):
-    """Return the higher of two costs: any that is known is higher than an unknown one, and that than OFF_MAP."""
-    if one == OFF_MAP or (one == UNKNOWN and other != OFF_MAP):
-        return other
-    return one if other == UNKNOWN else max(one, other)
+    c, s = math.cos(frame_yaw), math.sin(frame_yaw)
+    for row in range(highest.shape[0]):
+        y = grid.origin_y + (first[1] + row) * grid.resolution
+        for column in range(highest.shape[1]):
+            x = grid.origin_x + (first[0] + column) * grid.resolution
+            u = int(math.floor((frame_x + c * x - s * y - source_x) / resolution))
+            v = int(math.floor((frame_y + s * x + c * y - source_y) / resolution))
+            if 0 <= u < width and 0 <= v < height:
+                cost, known = source.costs[v, u], highest[row, column]
+                if known in (OFF_MAP, UNKNOWN) or (cost != UNKNOWN and cost > known):
+                    highest[row, column] = cost
 
 
 def warm() -> None:
