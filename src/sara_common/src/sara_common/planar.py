@@ -60,6 +60,11 @@ def inverse(a: Sequence[float]) -> tuple[float, float, float]:
     return -c * a[0] - s * a[1], s * a[0] - c * a[1], -a[2]
 
 
+def is_apart(a: Sequence[float], b: Sequence[float], metres: float, radians: float) -> bool:
+    """Whether two poses (x, y, yaw) are at least so far apart, or turned against each other by at least so much."""
+    return math.dist(a[:2], b[:2]) >= metres or abs(wrap_exact(b[2] - a[2])) >= radians
+
+
 def between(
     a: Sequence[float], b: Sequence[float], share: float | np.ndarray
 ) -> tuple[float | np.ndarray, float | np.ndarray, float | np.ndarray]:

@@ -16,6 +16,7 @@ from sara_common.planar import (
     between,
     compose,
     inverse,
+    is_apart,
     quaternion_from_yaw,
     wrap,
     wrap_exact,
@@ -127,3 +128,9 @@ def test_between_two_poses_it_turns_the_short_way_round():
     x, y, yaw = between(a, b, np.array([0.0, 0.25, 1.0]))
     assert x.tolist() == [0.0, 0.5, 2.0] and y.tolist() == [0.0, 1.0, 4.0]
     assert yaw == pytest.approx([3.0, 3.0 + 0.25 * (math.tau - 6.0), math.tau - 3.0])
+
+
+def test_poses_are_apart_by_their_way_or_their_turn_the_short_way_round():
+    assert is_apart((0.0, 0.0, 0.0), (0.3, 0.4, 0.0), 0.5, 1.0)
+    assert not is_apart((0.0, 0.0, 3.1), (0.3, 0.4, -3.1), 0.51, 0.1)
+    assert is_apart((0.0, 0.0, 3.1), (0.0, 0.0, -3.1), 1.0, 0.08)

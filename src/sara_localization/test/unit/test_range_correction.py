@@ -3,34 +3,31 @@ the cells.
 """
 
 import math
+import sys
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from sara_common.config import ConfigError
-from sara_common.diagnostics import ERROR, OK, WARN
-from sara_localization.particles.range_localizer import RangeLocalizer
-from sara_localization.ranges import map_echo, turn_scale
-from sara_localization.ranges.map_echo import Cone
-from sara_localization.ranges.range_config import RangeConfig
-from sara_localization.ranges.range_correction import RangeCorrection
-from sara_localization.ranges.range_data import RangeData, RangeMap
-from sara_localization.ranges.range_status import Heard, status
-from sara_localization.ranges.turn_scale import TurnScale
+sys.path.append(str(Path(__file__).resolve().parent))
+from range_world import CELL, CONE, CONFIG, MOUNTS  # noqa: E402
 
-CELL, HALF = 0.05, math.radians(30.0)
+from sara_common.config import ConfigError  # noqa: E402
+from sara_common.diagnostics import ERROR, OK, WARN  # noqa: E402
+from sara_localization.particles.range_localizer import RangeLocalizer  # noqa: E402
+from sara_localization.ranges import map_echo, turn_scale  # noqa: E402
+from sara_localization.ranges.map_echo import Cone  # noqa: E402
+from sara_localization.ranges.range_config import RangeConfig  # noqa: E402
+from sara_localization.ranges.range_correction import RangeCorrection  # noqa: E402
+from sara_localization.ranges.range_data import RangeData, RangeMap  # noqa: E402
+from sara_localization.ranges.range_status import Heard, status  # noqa: E402
+from sara_localization.ranges.turn_scale import TurnScale  # noqa: E402
+
+HALF = 0.5 * CONE
 SIZE_X, SIZE_Y = 3.0, 2.6  # m, free inside of the walls of a room that begins at (0, 0)
-MOUNTS = {
-    'front': (0.5, 0.1, 0.1),
-    'left': (0.3, 0.3, math.pi / 2),
-    'left_rear': (-0.3, 0.3, math.pi / 2),
-    'right': (0.3, -0.3, -math.pi / 2),
-    'rear': (-0.5, 0.0, math.pi),
-}
-CONFIG = RangeConfig(range_topics=('/a',))
 
 
 def room(size_x=SIZE_X, size_y=SIZE_Y, ends=True, origin=(0.0, 0.0, 0.0)):

@@ -72,7 +72,7 @@ def test_a_bend_allows_the_speed_at_which_the_first_limit_is_reached(curvature, 
     v, k = speed_ahead.bend_cap(curvature, change, gain, limits), abs(curvature)
     shares = (
         v * k / (0.9 * gain * CONFIG.max_vel_theta),
-        v * v * change / (speed_ahead.BEND_SHARE * gain * CONFIG.acc_lim_theta),
+        v * v * change / (0.6 * gain * CONFIG.acc_lim_theta),
         v * v * k / CONFIG.max_lateral_acc,
     )
     assert max(shares) <= 1.0 + 1e-9

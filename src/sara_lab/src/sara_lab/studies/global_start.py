@@ -5,7 +5,7 @@ ultrasonic sensors, and whether it is right when it says so. Beside it the same 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from functools import cache
 from typing import NamedTuple
 
@@ -55,7 +55,7 @@ def start(recording: Recording, map_name: str, since: float = 0.0, further: floa
     for truth in heard(localizer, heard_from, readings):
         way, last = way + math.dist(truth[:2], last), truth[:2]
         if not localizer.searching:
-            errors = _errors(localizer.correction.pose, truth)
+            errors = errors_of(localizer.correction.pose, truth)
             if found is None:
                 found, at_once = way, errors
             greatest = max(greatest[0], errors[0]), max(greatest[1], errors[1])
@@ -78,12 +78,18 @@ class Told(NamedTuple):
 def told(recording: Recording, map_name: str) -> Told:
     """Let a localization that was told where the chair starts hear a Recording."""
     localizer = RangeLocalizer(settings(chosen()), known_map(map_name))
-    poses = recording.poses.copy()
-    poses[:, 2:5] = [compose(recording.poses[0, 5:8].tolist(), pose) for pose in recording.poses[:, 2:5].tolist()]
+    poses = laid(recording)
     for _ in heard(localizer, poses, readings_of(recording)):
         pass
     truth = poses[-1, 5:8].tolist()
-    return Told(*_errors(localizer.correction.pose, truth), *_errors(poses[-1, 2:5].tolist(), truth))
+    return Told(*errors_of(localizer.correction.pose, truth), *errors_of(poses[-1, 2:5].tolist(), truth))
+
+
+def laid(recording: Recording) -> np.ndarray:
+    """(n, 8) A Recording's poses, with the dead reckoning's frame laid where the chair starts."""
+    poses, start = recording.poses.copy(), recording.poses[0, 5:8].tolist()
+    poses[:, 2:5] = [compose(start, pose) for pose in poses[:, 2:5].tolist()]
+    return poses
 
 
 def heard(
@@ -128,6 +134,6 @@ def readings_of(recording: Recording) -> list[tuple[float, RangeData]]:
     ]
 
 
-def _errors(pose, truth):
+def errors_of(pose: Sequence[float], truth: Sequence[float]) -> tuple[float, float]:
     """(m, rad) between two poses."""
     return math.dist(pose[:2], truth[:2]), abs(float(wrap(pose[2] - truth[2])))

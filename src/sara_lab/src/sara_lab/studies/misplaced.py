@@ -18,10 +18,10 @@ from typing import NamedTuple
 import numpy as np
 
 from sara_bringup.lockstep.corrected import settings
-from sara_common.planar import compose, wrap
+from sara_common.planar import compose
 from sara_common.platforms import chosen
 from sara_lab.journeys.travel_cases import MAPS, random_of
-from sara_lab.studies.global_start import heard, known_map, readings_of
+from sara_lab.studies.global_start import errors_of, heard, known_map, laid, readings_of
 from sara_lab.studies.wandering import ABOUT, kept
 from sara_localization.particles.lost import Agreement
 from sara_localization.particles.range_localizer import RangeLocalizer
@@ -74,19 +74,16 @@ def steps(case: Case, folder: Path) -> list[Step]:
 
 
 def _judged(localizer, recording, displacement, put):
-    poses = recording.poses.copy()
-    poses[:, 2:5] = [compose(poses[0, 5:8].tolist(), pose) for pose in poses[:, 2:5].tolist()]
-    way, last, judged, correction = 0.0, poses[0, 5:7], None, localizer.correction
-    for truth in heard(localizer, poses, readings_of(recording)):
+    way, last, judged, correction = 0.0, recording.poses[0, 5:7], None, localizer.correction
+    for truth in heard(localizer, laid(recording), readings_of(recording)):
         way, last = way + math.dist(truth[:2], last), truth[:2]
         if displacement is not None and way >= put:
             correction.start_at(compose(correction.pose, displacement), TOLD)
             displacement = None
         lost = localizer.lost
         if lost.agreement is not None and lost.agreement is not judged:
-            judged, pose = lost.agreement, correction.pose
-            wrong = math.dist(pose[:2], truth[:2]) > NEAR or abs(float(wrap(pose[2] - truth[2]))) > TURNED
-            yield Step(way, wrong, judged, lost.probability)
+            judged, (off, turned) = lost.agreement, errors_of(correction.pose, truth)
+            yield Step(way, off > NEAR or turned > TURNED, judged, lost.probability)
 
 
 def _displacement(kind, random):

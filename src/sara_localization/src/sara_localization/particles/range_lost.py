@@ -62,9 +62,10 @@ class RangeLost:
     def on_range(self, reading: RangeData) -> None:
         """Take a reading. Wherever the robot has moved on by a step, the newest of each sensor count."""
         correction, c = self._correction, self._correction.config
-        now = correction.dead_reckoned
-        here = correction.at(reading.stamp - c.range_delay)
-        if here is None or now is None or correction.fault(reading):
+        if correction.fault(reading):
+            return
+        here, now = correction.at(reading.stamp - c.range_delay), correction.dead_reckoned
+        if here is None:
             return
         self._last = self._last or now
         self._newest[reading.name] = here, reading

@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass, fields
 
 from sara_common.config import ConfigError, is_whole
-from sara_common.planar import wrap_exact
+from sara_common.planar import is_apart
 from sara_localization.config.parameters import ParameterReader
 from sara_localization.ranges.range_data import BeamModel
 
@@ -127,10 +127,7 @@ class RangeConfig:
 
     def has_moved(self, last: tuple[float, float, float], here: tuple[float, float, float]) -> bool:
         """Whether a robot has moved enough for a step of a search, or to be judged anew, between two poses."""
-        return (
-            math.dist(last[:2], here[:2]) >= self.search_min_d
-            or abs(wrap_exact(here[2] - last[2])) >= self.search_min_a
-        )
+        return is_apart(last, here, self.search_min_d, self.search_min_a)
 
     def faults(self) -> list[str]:
         """Sentences, one for each bad value."""

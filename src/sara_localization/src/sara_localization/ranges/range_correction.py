@@ -23,7 +23,7 @@ from collections import Counter
 
 import numpy as np
 
-from sara_common.planar import compose, wrap_exact
+from sara_common.planar import compose, is_apart, wrap_exact
 from sara_localization.ranges import map_echo
 from sara_localization.ranges.following import followed, frame_of, lag
 from sara_localization.ranges.map_echo import Cone
@@ -223,11 +223,7 @@ class RangeCorrection:
         if passed is None or r.stamp - passed[0] > c.twice_within or abs(passed[1] - y) > c.gate * sigma:
             return 'first'
         last = self._used.get(r.name)
-        if (
-            last is not None
-            and math.dist(last[:2], here[:2]) < c.update_min_d
-            and abs(wrap_exact(last[2] - here[2])) < c.update_min_a
-        ):
+        if last is not None and not is_apart(last, here, c.update_min_d, c.update_min_a):
             return 'same_place'
         self._used[r.name] = here
         self._correct(H, y, sigma, S)
