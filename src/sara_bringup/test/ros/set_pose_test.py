@@ -41,6 +41,7 @@ class SetPoseTest(unittest.TestCase):
         )
 
     def test_set_pose_then_a_quarter_turn(self):
+        self.assertEqual(rospy.get_param('/move_base/lost_topic'), '')  # lost_topic:=none
         publisher = rospy.Publisher('/set_pose', PoseWithCovarianceStamped, queue_size=1)
         listeners = dict(rosgraph.Master('/set_pose_test').getSystemState()[1])['/set_pose']
         self.assertIn('/read', listeners)

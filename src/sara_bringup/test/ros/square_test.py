@@ -19,6 +19,7 @@ class SquareTest(unittest.TestCase):
         drive = Drive('square', 0, mission.start)
         drive_mission(mission, drive)
         print(table(drive))
+        self.assertEqual(rospy.get_param('/move_base/lost_topic'), '/lost_probability')
         self.assertEqual(verdict(drive, len(mission.goals)), [])
 
 
