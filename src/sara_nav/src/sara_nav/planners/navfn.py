@@ -86,4 +86,4 @@ class NavfnROS(PotentialPlanner):
     def _spread(self, fields, count, target, obstacle):
         if not self.config.use_astar or target < 0:
             return super()._spread(fields, count, target, obstacle)
-        return potential_astar.spread_astar(fields.field(obstacle), fields.blocks[:2], count, target, float(NEUTRAL))
+        return potential_astar.spread_astar(fields.field(obstacle), fields.blocks[0], count, target, float(NEUTRAL))

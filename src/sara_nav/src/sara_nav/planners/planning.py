@@ -72,11 +72,14 @@ def nearest_cell(
 def plan_from_points(points: np.ndarray, goal_yaw: float) -> np.ndarray:
     """Return the plan (n, 3) along points (m, 2): yaw to the next point, the last one's the goal's; no point twice."""
     points = np.asarray(points, float)
-    steps = np.diff(points, axis=0)
-    moves = np.hypot(*steps.T) > 1e-9
-    points = np.vstack([points[:-1][moves], points[-1:]])
-    steps = np.diff(points, axis=0)
-    return np.column_stack([points, np.append(np.arctan2(steps[:, 1], steps[:, 0]), goal_yaw)])
+    steps = points[1:] - points[:-1]
+    moves = np.hypot(steps[:, 0], steps[:, 1]) > 1e-9
+    if not moves.all():
+        points = np.vstack([points[:-1][moves], points[-1:]])
+        steps = points[1:] - points[:-1]
+    plan = np.empty((len(points), 3))
+    plan[:, :2], plan[:-1, 2], plan[-1, 2] = points, np.arctan2(steps[:, 1], steps[:, 0]), goal_yaw
+    return plan
 
 
 def dense_plan(vertices: np.ndarray, goal_yaw: float, spacing: float = 0.05) -> np.ndarray:

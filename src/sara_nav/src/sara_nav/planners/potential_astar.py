@@ -3,8 +3,8 @@
 A cell's turn comes by its potential plus WEIGHT times the least that driving on to the goal can cost (the straight line
 over free cells). With the weight over 1, cells that can only lead to a way about as good as the one under study are
 left alone; the way found may cost that share more, and costs a good percent more at the most (test_plans_reference).
-Cells wait in a ring of lists by that sum, WIDTH wide each; within a list, rounds go as in potential.py. Arrays as
-there.
+Cells wait in a ring of lists by that sum, WIDTH wide each: a bucket queue (Dial 1969). Within a list first come, first
+served. Arrays as in potential.py.
 """
 
 import math
@@ -21,6 +21,8 @@ LISTS = 64
 dearest step.
 """
 WIDTH = 14.0
+CALLED = 4
+"""Neighbours that a cell may call up at most."""
 SLIGHT = np.float32(4.0)
 """Potential by which a cell must come lower to be worth telling its neighbours: a small share of the least step."""
 
@@ -46,31 +48,29 @@ class Towards(NamedTuple):
 
 
 @kernel
-def spread_astar(field: Field, blocks: tuple[np.ndarray, np.ndarray], count: int, target: int, neutral: float) -> int:
-    """Run the wave from the ``count`` cells in the first block until ``target`` is settled or nothing is left.
+def spread_astar(field: Field, queue: np.ndarray, count: int, target: int, neutral: float) -> int:
+    """Run the wave from the first ``count`` cells of ``queue`` until ``target`` is settled or nothing is left.
 
     field: as for potential.spread; pending: one more than the place in the ring of the list in which a cell waits.
-    blocks: two uint32 buffers, each as long as the grid. neutral: the least cost of a step. Returns the number of
-    updates.
+    queue: uint32, as long as the grid. neutral: the least cost of a step. Returns the number of updates.
     """
     width = field.width
-    current, following = blocks
     ahead, lists_per_cost = np.float32(neutral * WEIGHT / WIDTH), np.float32(1.0 / WIDTH)
     towards = Towards(target % width, target // width, ahead, lists_per_cost, 1.0 / width)
     ring = Ring(np.empty((LISTS, 512), np.uint32), np.zeros(LISTS, np.int64))
-    level = int(_nearest(current, count, width, towards) * ahead)
-    updates = 0
-    while True:
-        updates += count
-        count, ring = _round(field, (current, following), count, (ring, level), towards)
-        current, following = following, current
+    level = int(_nearest(queue, count, width, towards) * ahead)
+    updates, first = 0, 0
+    while count > 0:
+        first, count, updated = _settle(field, ring, (queue, first, count), level, towards)
+        updates += updated
         if count > 0:
+            ring = Ring(_longer(ring.waiting), ring.length)
             continue
         if field.potential[target] * lists_per_cost < level:
-            return updates
-        level, count = _next_list(field.pending, ring, level, current)
-        if count == 0:
-            return updates
+            break
+        level, count = _next_list(field.pending, ring, level, queue)
+        first = 0
+    return updates
 
 
 @kernel
@@ -84,18 +84,24 @@ def _nearest(current, count, width, towards):
 
 
 @kernel
-def _round(field, blocks, count, lists, towards):
-    """Update the ``count`` cells of this round, and call their neighbours up: into the second block, or into a later
-    list. lists: the Ring and the level that is under way. Returns how many are in the second block, and the Ring.
+def _settle(field, ring, cells, level, towards):
+    """Update the cells of the list of a level, and call their neighbours up: into the same list, or into a later one.
+
+    cells: the list as a circular buffer, its first and how many there are. Returns first and count of those that are
+    left, because a later list is full, and how many were updated.
     """
     steps, potential, pending, width, obstacle = field
-    current, following = blocks
-    (waiting, length), level = lists
+    waiting, length = ring
+    queue, first, count = cells
     w, one = np.uint64(width), np.uint64(1)
-    _called(pending, current, count)
-    further = 0
-    for i in range(count):
-        n = np.uint64(current[i])
+    end = (first + count) % len(queue)
+    room, longest, updated = waiting.shape[1] - CALLED, length.max(), 0
+    while count > 0 and longest <= room:
+        n = np.uint64(queue[first])
+        first = first + 1 if first + 1 < len(queue) else 0
+        count -= 1
+        pending[n] = 0
+        updated += 1
         left, right = potential[n - one], potential[n + one]
         below, above = potential[n - w], potential[n + w]
         low, value = plane_wave(min(left, right), min(below, above), np.float32(steps[n]), True)
@@ -112,21 +118,14 @@ def _round(field, blocks, count, lists, towards):
                 continue
             pending[m] = place + 1
             if later == 0:
-                following[further] = m
-                further += 1
-                continue
-            if length[place] == waiting.shape[1]:
-                waiting = _longer(waiting)
-            waiting[place, length[place]] = m
-            length[place] += 1
-    return further, Ring(waiting, length)
-
-
-@kernel
-def _called(pending, current, count):
-    """The first ``count`` cells wait no longer."""
-    for i in range(count):
-        pending[current[i]] = 0
+                queue[end] = m
+                end = end + 1 if end + 1 < len(queue) else 0
+                count += 1
+            else:
+                waiting[place, length[place]] = m
+                length[place] += 1
+        longest = max(longest, length[place])
+    return first, count, updated
 
 
 @kernel
@@ -146,25 +145,24 @@ def _longer(waiting):
 
 
 @kernel
-def _next_list(pending, ring, level, current):
-    """Take the cells of the next list that holds any into ``current``; return its level and how many there are."""
-    count = 0
+def _next_list(pending, ring, level, queue):
+    """Take the cells of the next list that holds any into ``queue``; return its level and how many there are."""
     for _ in range(LISTS):
         level += 1
         place = level & (LISTS - 1)
+        count = 0
         for k in range(ring.length[place]):
             m = ring.waiting[place, k]
             if pending[m] == place + 1:  # else it has been called to a nearer list
-                pending[m] = 0
-                current[count] = m
+                queue[count] = m
                 count += 1
         ring.length[place] = 0
         if count > 0:
-            break
-    return level, count
+            return level, count
+    return level, 0
 
 
 def warm() -> None:
     """Compile, or load from the cache, every kernel for the types it is called with."""
     field = Field(np.full(9, 2, np.uint8), np.full(9, 1e10, np.float32), np.zeros(9, np.uint8), 3, 2)
-    spread_astar(field, (np.zeros(9, np.uint32), np.zeros(9, np.uint32)), 0, 4, 1.0)
+    spread_astar(field, np.zeros(9, np.uint32), 0, 4, 1.0)
