@@ -21,8 +21,7 @@ NAMES = re.compile(rf'(?<![A-Za-z_.])({"|".join(FOLDERS)})(?![A-Za-z_]|\.(?!dbc|
 THESIS = 'sara_lab/experiments/'  # repeats the thesis's experiments, whose figures are SARA's
 BY_CHANCE = {
     'sara_lab/campaign/pairs.py': {565},  # where a joystick is
-    'sara_nav/maps/map_io.py': {257},  # 65535 / 255
-    'sara_sim/world/map_image.py': {257},
+    'sara_common/grids/images.py': {257},  # 65535 / 255
     'sara_lab/fuzz/localization/fuzz_ranges.py': {0.54},  # share of the inputs
     'sara_sim/pedestrians/social_force.py': {0.54},  # a published relaxation time
     'sara_hmi/config/config.py': {0.125},  # s of a touch

@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
-from sara_common import distances
+from sara_common.grids import distances
 
 small = hnp.array_shapes(min_dims=2, max_dims=2, min_side=1, max_side=14)
 grids = hnp.arrays(np.uint8, small, elements=st.sampled_from([0, 0, 0, 0, 0, 100, 253, 254, 255]))

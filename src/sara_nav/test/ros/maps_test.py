@@ -13,6 +13,7 @@ import rostest
 from nav_msgs.msg import MapMetaData, OccupancyGrid
 from nav_msgs.srv import GetMap, LoadMap, LoadMapResponse
 
+from sara_common.grids.images import read_image
 from sara_nav.maps import map_io
 
 DATA = os.path.join(rospkg.RosPack().get_path('sara_nav'), 'test', 'data')
@@ -68,9 +69,7 @@ class Maps(unittest.TestCase):
 
     def test_old_form_with_its_parameters(self):
         grid = call('/old/static_map', GetMap).map
-        expected = map_io.occupancy(
-            map_io.read_image(os.path.join(DATA, 'map_images', 'ramp.pgm')), 'trinary', True, 0.9, 0.1
-        )
+        expected = map_io.occupancy(read_image(os.path.join(DATA, 'map_images', 'ramp.pgm')), 'trinary', True, 0.9, 0.1)
         self.assertEqual((grid.header.frame_id, grid.info.resolution), ('map', np.float32(0.1)))
         self.assertEqual(list(grid.data), expected.ravel().tolist())
 

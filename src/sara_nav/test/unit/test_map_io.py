@@ -1,10 +1,7 @@
-"""Maps: the image formats, the three modes against the peer, and refusals that name what is wrong."""
+"""Maps: the three modes against the peer, and refusals that name what is wrong."""
 
-import contextlib
-import io
 import json
 import pathlib
-import tempfile
 
 import numpy as np
 import pytest
@@ -13,6 +10,7 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 from PIL import Image
 
+from sara_common.grids.images import read_image
 from sara_nav.maps import map_io
 
 DATA = pathlib.Path(__file__).parents[1] / 'data'
@@ -21,52 +19,11 @@ BARE = 'resolution: 0.05\norigin: [0, 0, 0]\nnegate: 0\noccupied_thresh: 0.65\nf
 images = hnp.arrays(np.uint8, hnp.array_shapes(min_dims=2, max_dims=2, min_side=1, max_side=12))
 
 
-def read(content):
-    """Pixels of an image that is only in memory."""
-    with tempfile.NamedTemporaryFile() as file:
-        file.write(content)
-        file.flush()
-        return map_io.read_image(file.name)
-
-
-@given(images)
-def test_pgm_round_trip(pixels):
-    header = b'%d %d\n255\n' % (pixels.shape[1], pixels.shape[0])
-    binary = read(b'P5\n# made by a test\n' + header + pixels.tobytes())
-    plain = read(b'P2\n' + header + ' '.join(str(v) for v in pixels.ravel()).encode())
-    assert (binary == pixels).all() and (plain == pixels).all()
-
-
-@given(
-    images,
-    st.lists(st.sampled_from((b' ', b'\n', b'\t', b' # of a comment 7 7\n', b'\n#\n\n')), min_size=3, max_size=3),
-    st.sampled_from((0, 1, 3)),
-)
-def test_a_binary_pgm_is_what_pillow_reads(pixels, gaps, more):
-    numbers = (b'%d' % pixels.shape[1], b'%d' % pixels.shape[0], b'255')
-    content = (
-        b'P5' + b''.join(gap + number for gap, number in zip(gaps, numbers)) + b'\n' + pixels.tobytes() + more * b'x'
-    )
-    with Image.open(io.BytesIO(content)) as image:
-        assert (read(content) == np.asarray(image)).all()
-
-
-@given(st.binary(max_size=60), st.sampled_from((b'P5', b'P2', b'\x89PNG\r\n\x1a\n', b'')))
-def test_a_damaged_image_is_refused_not_a_crash(content, magic):
-    with contextlib.suppress(map_io.MapError):
-        read(magic + content)
-
-
-def test_values_are_scaled_to_eight_bits():
-    assert read(b'P5 2 1 65535\n' + np.array([0, 65535], '>u2').tobytes()).tolist() == [[0, 255]]
-    assert read(b'P5 3 1 15\n' + bytes([0, 5, 15])).tolist() == [[0, 85, 255]]
-
-
 def test_every_case_of_the_peer():
     reference = np.load(DATA / 'costmap_reference.npz')
     assert len(CASES) == 180
     for case in CASES:
-        pixels = map_io.read_image(DATA / 'map_images' / case['image'])
+        pixels = read_image(DATA / 'map_images' / case['image'])
         ours = map_io.occupancy(pixels, case['mode'], case['negate'], case['occupied_thresh'], case['free_thresh'])
         theirs = reference[f'map_{case["index"]:03}'].reshape(ours.shape)
         assert (ours == theirs).all(), case
@@ -90,7 +47,7 @@ def test_a_map_is_loaded_whole():
 def test_every_format_gives_the_same_map(tmp_path, ending):
     pixels = np.array([[0, 60, 100, 255], [254, 205, 0, 250], [10, 240, 150, 90]], np.uint8)
     Image.fromarray(pixels).save(tmp_path / ('a.' + ending))
-    assert (map_io.read_image(tmp_path / ('a.' + ending)) == pixels).all()
+    assert (read_image(tmp_path / ('a.' + ending)) == pixels).all()
     (tmp_path / 'a.yaml').write_text(f'image: a.{ending}\n{BARE}')
     grid_map = map_io.load_map(str(tmp_path / 'a.yaml'))
     assert grid_map.data.tolist() == [[100, 0, -1, -1], [0, -1, 100, 0], [100, 100, -1, 0]]
@@ -100,7 +57,7 @@ def test_every_format_gives_the_same_map(tmp_path, ending):
 def test_a_spectrum_in_every_mode(tmp_path):
     """All 256 shades with thresholds 0.65 and 0.1: 90 are occupied, 26 free, 140 between, as in the peer's own test."""
     Image.fromarray(np.arange(256, dtype=np.uint8).reshape(16, 16)).save(tmp_path / 's.png')
-    pixels = map_io.read_image(tmp_path / 's.png')
+    pixels = read_image(tmp_path / 's.png')
     trinary, scale, raw = (map_io.occupancy(pixels, mode, False, 0.65, 0.1) for mode in map_io.MODES)
     assert [(trinary == value).sum() for value in (100, 0, -1)] == [90, 26, 140]
     assert [(scale == 100).sum(), (scale == 0).sum(), ((scale > 0) & (scale < 100)).sum()] == [90, 26, 140]
@@ -127,14 +84,6 @@ def test_alpha_counts_in_trinary_and_hides_in_scale():
     assert map_io.occupancy(pixels, 'scale', False, 0.65, 0.1).tolist() == [[-1, 77, 100]]
     assert map_io.occupancy(pixels, 'trinary', False, 0.65, 0.1).tolist() == [[-1, -1, 100]]
     assert map_io.occupancy(pixels, 'raw', False, 0.65, 0.1).tolist() == [[120, 120, 0]]
-
-
-@pytest.mark.parametrize('mode,channels', (('1', 2), ('L', 2), ('P', 3), ('RGB', 3), ('LA', 4), ('RGBA', 4)))
-def test_every_kind_of_png_becomes_grey_or_colours(tmp_path, mode, channels):
-    image = Image.new('L', (3, 2), 255).convert(mode)
-    image.save(tmp_path / 'k.png')
-    pixels = map_io.read_image(tmp_path / 'k.png')
-    assert pixels.shape == ((2, 3) if channels == 2 else (2, 3, channels)) and (pixels == 255).all()
 
 
 def test_numbers_may_be_written_as_the_peer_reads_them(tmp_path):

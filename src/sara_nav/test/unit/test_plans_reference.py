@@ -13,10 +13,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from sara_common.grids.images import read_image
 from sara_common.planar import Pose2D
 from sara_nav.costmaps.costmap import Costmap
 from sara_nav.grids.grid import GridGeometry
-from sara_nav.maps.map_io import read_image
 from sara_nav.planners.global_planner import GlobalPlanner, GlobalPlannerConfig
 from sara_nav.planners.navfn import NavfnConfig, NavfnROS
 from sara_nav.planners.planning import PlanError

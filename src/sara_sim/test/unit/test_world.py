@@ -6,9 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from PIL import Image
 
-from sara_sim.world.map_image import read_grey
 from sara_sim.world.rays import Cone
 from sara_sim.world.world import World, WorldError
 
@@ -87,34 +85,6 @@ def test_reads_a_map_with_row_0_on_top(tmp_path):
     assert np.argwhere(world.occupied).tolist() == [[19, 39]]
     assert world.origin == (-1.0, -0.5)
     assert world.overlaps(0.975, 0.475, 0.0, 0.01, 0.01)
-
-
-def test_every_kind_of_image_says_the_same(tmp_path):
-    pixels = np.random.default_rng(0).integers(0, 256, (13, 29), np.uint8)
-    raw = pixels.tobytes()
-    heads = {
-        'plain.pgm': b'P5\n29 13\n255\n',
-        'comment.pgm': b'P5 # made by hand\n# twice\n29\t13\n#\n255\n',
-        'one_line.pgm': b'P5 29 13 255 ',
-    }
-    for name, head in heads.items():
-        (tmp_path / name).write_bytes(head + raw)
-    (tmp_path / 'text.pgm').write_text('P2\n29 13\n255\n' + ' '.join(map(str, pixels.ravel())) + '\n')
-    Image.fromarray(pixels).save(tmp_path / 'picture.png')
-    for name in (*heads, 'text.pgm', 'picture.png'):
-        np.testing.assert_array_equal(read_grey(tmp_path / name), pixels, err_msg=name)
-
-
-def test_images_that_are_none_are_none(tmp_path):
-    for name, data in (
-        ('short.pgm', b'P5\n29 13\n255\n123'),
-        ('empty.pgm', b''),
-        ('huge.pgm', b'P5 0 0 255 '),
-        ('noise.png', bytes(range(256))),
-    ):
-        (tmp_path / name).write_bytes(data)
-        assert read_grey(tmp_path / name) is None
-    assert read_grey(tmp_path / 'nowhere.pgm') is None
 
 
 @pytest.mark.parametrize(

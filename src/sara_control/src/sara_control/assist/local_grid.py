@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ahead_of_time import kernel
-from sara_common.distances import OBSTACLE, squared_distances
+from sara_common.grids.distances import OBSTACLE, squared_distances
 
 
 class LocalGrid(NamedTuple):

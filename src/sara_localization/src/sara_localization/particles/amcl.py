@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sara_common import distances
+from sara_common.grids import distances
 from sara_common.planar import wrap
 from sara_localization.geometry.rigid import Transform
 from sara_localization.particles import beams as beam_choice

@@ -18,7 +18,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ahead_of_time import kernel
-from sara_common import distances
+from sara_common.grids import distances
 from sara_localization.particles import field
 from sara_localization.particles.field import Placement, to_cells
 from sara_localization.ranges import map_echo

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ahead_of_time import kernel
-from sara_common import distances
+from sara_common.grids import distances
 from sara_localization.ranges.map_echo import FREE, OCCUPIED
 from sara_localization.ranges.range_data import RangeMap
 

@@ -1,11 +1,11 @@
-"""The spreading of costs around obstacles by exact distances (sara_common.distances); compiled by numba."""
+"""The spreading of costs around obstacles by exact distances (sara_common.grids.distances); compiled by numba."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from ahead_of_time import kernel
-from sara_common.distances import along_columns, along_row
+from sara_common.grids.distances import along_columns, along_row
 from sara_nav.grids import windows
 from sara_nav.grids.grid import LETHAL, UNKNOWN
 from sara_nav.grids.windows import Window

@@ -19,7 +19,7 @@ from collections.abc import Callable, Iterable
 import numpy as np
 
 from ahead_of_time import kernel
-from sara_common import distances
+from sara_common.grids import distances
 from sara_nav.costmaps.costmap import Costmap
 from sara_nav.grids.grid import LETHAL, UNKNOWN
 from sara_nav.planners import potential

@@ -14,8 +14,8 @@ import numpy as np
 import yaml
 
 from sara_common.config import is_number
+from sara_common.grids.images import ImageError, read_image
 from sara_sim.world import rays, smooth
-from sara_sim.world.map_image import read_grey
 from sara_sim.world.obstacles import Obstacles
 from sara_sim.world.rays import Cone, Walls
 from sara_sim.world.terrain import Threshold
@@ -79,9 +79,12 @@ class World:
         if faults:
             raise WorldError('; '.join(faults))
         image, resolution, origin, negate, threshold, mode = values
-        pixels = read_grey(path.parent / image)
-        if pixels is None:
-            raise WorldError(f'image is {image!r} but {path.parent / image} cannot be read as an image.')
+        try:
+            pixels = read_image(path.parent / image)
+        except ImageError as error:
+            raise WorldError(f'image is {image!r}, but the {error}.') from None
+        if pixels.ndim == 3:
+            pixels = pixels[:, :, :3].mean(axis=2)
         shade = 255 - pixels if negate else pixels
         if mode == 'raw':
             return cls((shade[::-1] >= RAW_OCCUPIED) & (shade[::-1] != RAW_UNKNOWN), resolution, origin)

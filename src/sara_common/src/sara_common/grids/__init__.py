@@ -1,0 +1,1 @@
+"""Grids: distances to the nearest obstacle, and images of maps."""
