@@ -9,6 +9,7 @@ from collections.abc import Callable, Iterator
 
 import rospy
 
+from sara_common.ros.blas import use_one_blas_thread
 from sara_common.ros.direct import send_directly
 from sara_common.ros.members import current
 from sara_common.ros.sleep import wake_when_due
@@ -30,6 +31,7 @@ def start_node(name: str, anonymous: bool = False, disable_rostime: bool = False
 
     send_directly()
     wake_when_due()
+    use_one_blas_thread()
     for number in (signal.SIGTERM, signal.SIGINT):
         signal.signal(number, end)
     rospy.init_node(name, anonymous=anonymous, disable_rostime=disable_rostime, disable_signals=True)
