@@ -2,7 +2,7 @@
 planner there is.
 
 Patience and periods are those of the C++ move_base; that a plan is made anew as soon as something new stands on it is
-ours (replan_when_blocked).
+ours (replan_when_blocked), and that it is where it took so long that the robot is no more where it begins.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from sara_common.planar import Pose2D
+from sara_common.planar import Pose2D, wrap
 from sara_nav.costmaps.costmap_pair import CostmapPair
 from sara_nav.goals.goal import Goal
 from sara_nav.goals.goal_search import GlobalPlanner, Nearby, cleared, search_plan
@@ -22,16 +22,24 @@ from sara_nav.planners.planning import PlanError
 
 REPLAN_PERIOD = 1.0
 """Seconds between two tries to plan while there is no valid plan or the way is blocked."""
+LONG = 0.2
+"""A plan that takes so many seconds more than a control cycle is a long one;"""
+OUTRUN = 0.05
+"""after that the robot must not be farther (m, rad) from its beginning."""
 
 
 class PlanMaker:
     """Plans with ``planner``, a global planner that may be replaced, on the world of a CostmapPair; counts what it does
-    in the machine's Counters.
+    in the machine's Counters. before_planning: called before a plan that may be a long one: any but those that
+    planner_frequency asks for while all is well and plans are short.
     """
 
-    def __init__(self, planner: GlobalPlanner, costmaps: CostmapPair, counters: Counters) -> None:
+    def __init__(
+        self, planner: GlobalPlanner, costmaps: CostmapPair, counters: Counters, before_planning: Callable[[], None]
+    ) -> None:
         self.planner = planner
-        self._costmaps, self._counters = costmaps, counters
+        self._costmaps, self._counters, self._before_planning = costmaps, counters, before_planning
+        self._last, self._long = None, False  # (s, where it begins) of the last cycle's plan; whether the last was long
         self._watch = PlanWatch()
         self._watched = None  # which of the global costmap's changes the plan was last looked at on
 
@@ -44,6 +52,7 @@ class PlanMaker:
         """Whether a Goal wants a plan at t (s), because it has none, something blocks the robot at ``pose``, or
         planner_frequency says so.
         """
+        self._look_back(goal, t, pose, config)
         waiting = goal.phase == PLANNING
         period = REPLAN_PERIOD if waiting or not config.planner_frequency else 1.0 / config.planner_frequency
         blocked = not waiting and (t - goal.valid_control_at >= REPLAN_PERIOD or self._crossed(goal, pose, config))
@@ -57,9 +66,13 @@ class PlanMaker:
         waiting, goal.last_plan_try = goal.phase == PLANNING, t
         if waiting and goal.planning_since is None:
             goal.planning_since, goal.tries = t, 0
+        if waiting or goal.crossed is not None or self._long:
+            self._before_planning()
+        self._last = t, pose
         try:
             plan = self.plan(pose, goal.pose)
         except PlanError as error:
+            self._last = t, None
             self._counters.failed_plans += 1
             goal.problem = str(error)
             return None, goal.plan_failed(t, config) if waiting else ''
@@ -90,6 +103,15 @@ class PlanMaker:
         nearby = Nearby(tolerance, config.make_plan_add_unreachable_goal, give_up)
         return search_plan(self._informed(), costmap, start, goal, nearby)
 
+    def _look_back(self, goal, t, pose, config):
+        """Whether the plan of the last cycle was a long one; if the robot is no more where it begins, it is void."""
+        if self._last is None:
+            return
+        (at, begins), self._last = self._last, None
+        self._long = t - at > 1.0 / config.controller_frequency + LONG
+        if self._long and begins is not None and _far(pose, begins):
+            goal.phase, goal.last_plan_try = PLANNING, -math.inf
+
     def _informed(self):
         """Return the planner, which has been told the footprint that the global costmap has now, if it asks for one."""
         if hasattr(self.planner, 'set_footprint'):
@@ -105,3 +127,7 @@ class PlanMaker:
             self._watched = self._costmaps.world_changes
             goal.crossed = self._watch.blocked(self._costmaps.to_plan_on(self.unknown_blocks))
         return goal.crossed is not None
+
+
+def _far(pose, begins):
+    return pose.distance(begins) > OUTRUN or abs(wrap(pose.yaw - begins.yaw)) > OUTRUN

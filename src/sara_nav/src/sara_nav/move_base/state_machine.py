@@ -42,7 +42,8 @@ class MoveBase:
 
     config: MoveBaseConfig. global_costmap, local_costmap: LayeredCostmaps; the machine updates both when they are due.
     global_planner, local_planner: objects of the registered classes. recoveries: behaviours (recovery.py), in their
-    order. Poses and goals are Pose2D in the global costmap's frame.
+    order. Poses and goals are Pose2D in the global costmap's frame. ``before_planning`` is called before a plan that
+    may take longer than the robot may drive without a command: it is to send a zero.
     """
 
     def __init__(
@@ -63,7 +64,8 @@ class MoveBase:
         self.local_planner = local_planner
         self.recoveries = tuple(recoveries)
         self.counters = Counters()
-        self._plans = PlanMaker(global_planner, self.costmaps, self.counters)
+        self.before_planning: Callable[[], None] = lambda: None
+        self._plans = PlanMaker(global_planner, self.costmaps, self.counters, lambda: self.before_planning())
         self._goal = None
         self._ended = None
         self._lets_pass = False

@@ -31,6 +31,11 @@ from sara_nav.ros.robot_inputs import RobotInputs
 from sara_nav.ros.services import Services
 from sara_nav.ros.tuning import Tuning
 
+LONGEST_STEP = 0.2
+"""s; a cycle that took longer, as planning may, commands zero: the robot is no more where its command is for."""
+CATCH_UP = 0.05
+"""s of the machine's own time for which messages that waited are heard after such a cycle."""
+
 
 def read_parameters() -> Parameters:
     """Return the Parameters of this node, with what is set in the namespaces above it."""
@@ -60,6 +65,7 @@ class MoveBaseNode:
         self.tf = TransformListener()
         self.robot = RobotInputs(settings, self.tf)
         self.cmd_vel = rospy.Publisher('cmd_vel', Twist, queue_size=1, tcp_nodelay=True)
+        self.machine.before_planning = lambda: self.cmd_vel.publish(Twist())
         self.goals = GoalRequests(self.machine, self.robot, settings.global_frame, self.cmd_vel)
         self.recovery_status = rospy.Publisher('move_base/recovery_status', RecoveryStatus, queue_size=1)
         self.help = rospy.Publisher('~help', String, queue_size=1, latch=True)
@@ -201,11 +207,12 @@ class MoveBaseNode:
         began = time.perf_counter()
         result = machine.step(t, pose, self.robot.velocity(t), pose_time, local_pose)
         self.watch.worked(time.perf_counter() - began)
+        late = rospy.get_time() - t > LONGEST_STEP
         for kind, window in machine.costmaps.take_changed().items():
             self.shells[kind].publish(window, pose if kind == 'global' else local_pose or pose, now)
         self._announce(result, pose, now)
         if result.status == ACTIVE:
-            self.cmd_vel.publish(conv.twist_to_msg(*result.command))
+            self.cmd_vel.publish(Twist() if late else conv.twist_to_msg(*result.command))
             if pose is not None:
                 self.goals.feedback(pose, now)
                 g = machine.local_costmap.geometry
@@ -216,6 +223,8 @@ class MoveBaseNode:
         elif result.status != IDLE:
             self.goals.finish(result)
         self.report.cycle(result, t)
+        if late:
+            rospy.rostime.wallsleep(CATCH_UP)
 
     def _announce(self, result, pose, now):
         """Publish what begins in this step: that a person is asked for help (or '' that it is over), a recovery
