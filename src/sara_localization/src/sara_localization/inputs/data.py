@@ -98,13 +98,15 @@ class Turning(NamedTuple):
     before: np.ndarray
     dt: float
 
-    def acceleration(self) -> tuple[np.ndarray, np.ndarray]:
-        """The angular acceleration (3,) rad/s2 and its covariance (3, 3); worked out when it is asked for, which few
-        do.
-        """
+    def acceleration(self) -> np.ndarray:
+        """The angular acceleration (3,) rad/s2; worked out when it is asked for, which few do."""
+        return (self.state[RATES] - self.before) / self.dt if self.dt > 0.0 else np.zeros(3)
+
+    def acceleration_covariance(self) -> np.ndarray:
+        """That of `acceleration`, (3, 3)."""
         if not self.dt > 0.0:
-            return np.zeros(3), np.zeros((3, 3))
-        return (self.state[RATES] - self.before) / self.dt, self.covariance[RATES, RATES] * (2.0 / (self.dt * self.dt))
+            return np.zeros((3, 3))
+        return self.covariance[RATES, RATES] * (2.0 / (self.dt * self.dt))
 
 
 class FilterOutput(NamedTuple):
@@ -150,12 +152,12 @@ class FilterOutput(NamedTuple):
     @property
     def angular_acceleration(self) -> np.ndarray:
         """(3,) rad/s2 from the rates of the last two ticks."""
-        return self.turning.acceleration()[0]
+        return self.turning.acceleration()
 
     @property
     def angular_acceleration_covariance(self) -> np.ndarray:
         """(3, 3) of it."""
-        return self.turning.acceleration()[1]
+        return self.turning.acceleration_covariance()
 
     @property
     def map_to_odom(self) -> StampedTransform | None:

@@ -168,7 +168,7 @@ class Preprocessor:
             if measured and name in self.biases:
                 found[-1] = self._with_bias(name, found[-1])
         if accelerations and measures(data.linear_acceleration_covariance):
-            turning = motion.turning.acceleration()[0]
+            turning = motion.turning.acceleration()
             gravity = self._gravity[name]
             self._prepare(found, accelerations, measurement.acceleration, data, motion.state, turning, gravity)
         return found
@@ -177,7 +177,9 @@ class Preprocessor:
         """What became of a measurement of input `name`: used, or rejected by the gate; nis: its squared distance."""
         status = self.inputs[name]
         status.took(taken, nis, m.informative)
-        self._say(status.outliers.judged(m, taken, nis))
+        told = status.outliers.judged(m, taken, nis)
+        if told:
+            self._report(told)
 
     # Their parts
 

@@ -160,11 +160,10 @@ def acceleration_message(output: FilterOutput) -> AccelWithCovarianceStamped:
     msg.header.frame_id = output.child_frame_id
     a, w = msg.accel.accel.linear, msg.accel.accel.angular
     a.x, a.y, a.z = output.state[12:].tolist()
-    turning, turning_covariance = output.turning.acceleration()
-    w.x, w.y, w.z = turning.tolist()
+    w.x, w.y, w.z = output.angular_acceleration.tolist()
     covariance = np.zeros((6, 6))
     covariance[:3, :3] = output.covariance[12:, 12:]
-    covariance[3:, 3:] = turning_covariance
+    covariance[3:, 3:] = output.angular_acceleration_covariance
     msg.accel.covariance = covariance.ravel().tolist()
     return msg
 

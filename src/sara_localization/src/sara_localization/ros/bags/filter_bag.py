@@ -138,7 +138,7 @@ def run(
         raise UsageError('OUT.bag must be another file than IN.bag')
     tracks, track = _Tracks(wanted.plot is not None), Track()
     with contextlib.ExitStack() as files:
-        source = files.enter_context(rosbag.Bag(in_bag))
+        source = files.enter_context(rosbag.Bag(in_bag, skip_index=True))  # bag_reader.py reads it quicker
         sink = files.enter_context(rosbag.Bag(out_bag, 'w')) if out_bag is not None else None
         to_bag = _bag_writer(sink, config) if sink else None
         tables = [
