@@ -227,3 +227,4 @@ def test_what_no_drive_can_have_is_named():
     assert [
         sentence.split()[0] for sentence in problems({'side': 0.0, 'turns': 1.5, 'speed': True, 'rest': math.inf})
     ] == ['side', 'turns', 'speed', 'rest']
+    assert problems({'sides': 2.0}) == ['sides is 2.0, but there is no such parameter']

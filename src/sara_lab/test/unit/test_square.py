@@ -83,6 +83,12 @@ def test_verdict_finds_each_fault():
         '{start: [0, 0, 0], corners: [[1, 2]], leg_timeout_s: 1}',
         '{start: [0, 0, 0], corners: [], leg_timeout_s: 1}',
         '{start: [.nan, 0, 0], corners: [[1, 2, 3]], leg_timeout_s: 1}',
+        '{start: [0, 0, 0], corners: 7, leg_timeout_s: 1}',
+        '{start: [0, 0, 0], corners: [[1, 2, 3]], leg_timeout_s: soon}',
+        '{start: [0, 0, 0], corners: [[1, 2, 3]], leg_timeout_s: 0}',
+        'a sentence',
+        '',
+        '{',
     ),
 )
 def test_bad_mission_is_refused_by_name(tmp_path, content):
@@ -90,6 +96,11 @@ def test_bad_mission_is_refused_by_name(tmp_path, content):
     path.write_text(content)
     with pytest.raises(MissionError, match='mission.yaml'):
         load_mission(path)
+
+
+def test_a_mission_that_is_not_there_is_named(tmp_path):
+    with pytest.raises(MissionError, match='nowhere.yaml cannot be read'):
+        load_mission(tmp_path / 'nowhere.yaml')
 
 
 def test_a_chair_drives_with_the_gain_that_was_found_for_it():

@@ -22,6 +22,7 @@ from geometry_msgs.msg import Quaternion
 from move_base_msgs.msg import MoveBaseAction, MoveBaseGoal
 from std_msgs.msg import String
 
+from sara_bringup.missions.mission import MissionError
 from sara_bringup.missions.patrol import Progress, ended
 from sara_common.planar import yaw_of
 from sara_control.gate.reasons import HOLDS
@@ -263,7 +264,7 @@ def run(command: Callable[[], int]) -> None:
 
     try:
         status = command()
-    except (Unavailable, places.PlacesError) as error:
+    except (Unavailable, MissionError, places.PlacesError) as error:
         print(error, file=sys.stderr, flush=True)
         status = WRONG
     except KeyboardInterrupt:

@@ -170,7 +170,7 @@ def drive_mission(mission: Mission, drive: Drive) -> None:
 
 def square() -> int:
     """Drive ~mission (a YAML file; default: the square), write ~result (JSON) if named; returns the exit status, not 0
-    if a goal was missed. Raises Unavailable where there is no stack to drive with.
+    if a goal was missed. Raises Unavailable where there is no stack to drive with, MissionError.
     """
     if not rosgraph.is_master_online():
         goals.say('waiting for `roslaunch sara_bringup sara.launch`')

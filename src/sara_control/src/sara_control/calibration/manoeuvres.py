@@ -29,12 +29,16 @@ class ManoeuvreConfig:
 
 
 def problems(values: dict) -> list[str]:
-    """One sentence per value of ManoeuvreConfig that no drive can have."""
+    """One sentence per value of ManoeuvreConfig that no drive can have, and per name that it does not have."""
+    known = ManoeuvreConfig.__dataclass_fields__
     return [
-        f'{name} is {value!r}, allowed are '
+        f'{name} is {value!r}, but there is no such parameter'
+        if name not in known
+        else f'{name} is {value!r}, allowed are '
         f'{"whole numbers of 1 or more" if name in ("turns", "rounds") else "numbers above 0"}'
         for name, value in values.items()
-        if isinstance(value, bool)
+        if name not in known
+        or isinstance(value, bool)
         or not isinstance(value, int if name in ('turns', 'rounds') else (int, float))
         or not 0 < value < math.inf
     ]

@@ -2,7 +2,6 @@
 
 import contextlib
 import math
-from dataclasses import fields
 
 import rospy
 from geometry_msgs.msg import Twist
@@ -20,11 +19,7 @@ class CalibrationDrive:
     """`cmd_vel` out, `odom` in; parameters are those of ManoeuvreConfig."""
 
     def __init__(self) -> None:
-        given = {
-            field.name: rospy.get_param(f'~{field.name}')
-            for field in fields(ManoeuvreConfig)
-            if rospy.has_param(f'~{field.name}')
-        }
+        given = rospy.get_param('~', {})
         faults = problems(given)
         if faults:
             stop(f'wrong configuration of {rospy.get_name()}: {"; ".join(faults)}')
