@@ -34,6 +34,9 @@ class SharedControlTest(unittest.TestCase):
         rospy.Subscriber('shared_control/profile_in_use', String, lambda m: self.profiles.append(m.data))
         rospy.Subscriber('shared_control/status', String, lambda message: self.sentences.append(message.data))
         self.now = 100.0
+        publishers = self.clock, self.tf, self.costmap, self.active, self.override, self.profile, self.wish
+        while not all(publisher.get_num_connections() for publisher in publishers):  # what is said before is lost
+            rospy.rostime.wallsleep(0.02)
 
     def tick(self, v, w=0.0, sees=True, side=SIDE):
         """0.1 s: the world as it is, and a wish. Returns the command that came of it, None where none did yet."""

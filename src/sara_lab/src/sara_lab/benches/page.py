@@ -31,7 +31,9 @@ LINES = {  # what a line is called: the names of its rows
     'EKF predict + correct, called from Python': r'EKF predict.* called from Python',
     'UKF predict + correct': r'UKF predict',
     'live EKF and UKF node, 50 Hz out, 50 + 100 Hz in': r'[eu]kf_localization_node',
-    'memory of a live filter node': r'memory of [eu]kf_localization_node',
+    'memory of a filter, of slam_gmapping, of the touch screen': r'memory of ([eu]kf_local|slam_g|the touch)',
+    'the whole stack with the simulator, driving; composed': r'the whole stack.*driving$',
+    'memory of the whole stack; composed': r'memory of the whole stack',
     'offline filters over a recorded drive': r'offline [EU]KF over test1',
     'amcl: a scan, 5000 particles x 60 beams': r'amcl, 5000',
     'inflation of 1000 x 1000 cells': r'inflation',
@@ -47,7 +49,8 @@ LINES = {  # what a line is called: the names of its rows
 }
 JSON_ONLY = (
     r'a bare rospy node|encoder frame to|CPU of all|node \w+, driving|offline EKF over a made-up|poses on a page|'
-    r'goal to first command|frames decoded|update with|plan on \w+: GridPlanner'
+    r'goal to first command|frames decoded|update with|plan on \w+: GridPlanner|.* by filterpy|'
+    r'shared control: a costmap'
 )
 
 
