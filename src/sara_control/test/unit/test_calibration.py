@@ -8,10 +8,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from sara_common.config import ConfigError
 from sara_control.calibration.calibration import calibrate, end_errors, odometry_path, reference_path
 from sara_control.calibration.calibration_report import report, yaml_text
 from sara_control.calibration.drive_log import DriveLog, LogError
-from sara_control.calibration.manoeuvres import ManoeuvreConfig, Manoeuvres, plan, problems
+from sara_control.calibration.manoeuvres import ManoeuvreConfig, Manoeuvres, plan
 from sara_control.wheels.odometry import Odometry
 
 SEPARATION, RADIUS = 0.525, 0.155
@@ -223,8 +224,10 @@ def test_without_the_truth_the_gyroscope_stands_for_it():
 
 
 def test_what_no_drive_can_have_is_named():
-    assert problems({'side': 2.0, 'turns': 3}) == []
-    assert [
-        sentence.split()[0] for sentence in problems({'side': 0.0, 'turns': 1.5, 'speed': True, 'rest': math.inf})
-    ] == ['side', 'turns', 'speed', 'rest']
-    assert problems({'sides': 2.0}) == ['sides is 2.0, but there is no such parameter']
+    assert ManoeuvreConfig.from_params({'side': 2.0, 'turns': 3}) == ManoeuvreConfig(side=2.0, turns=3)
+    with pytest.raises(ConfigError) as error:
+        ManoeuvreConfig.from_params({'side': 0.0, 'turns': 1.5, 'speed': True, 'rest': math.inf})
+    assert [sentence.split()[0] for sentence in error.value.faults] == ['side', 'turns', 'speed', 'rest']
+    with pytest.raises(ConfigError) as error:
+        ManoeuvreConfig.from_params({'sides': 2.0})
+    assert list(error.value.faults) == ['sides is 2.0, but there is no such parameter']

@@ -87,6 +87,15 @@ def test_reads_a_map_with_row_0_on_top(tmp_path):
     assert world.overlaps(0.975, 0.475, 0.0, 0.01, 0.01)
 
 
+def test_colours_are_averaged(tmp_path):
+    pixels = np.full((20, 40, 3), 254, np.uint8)
+    pixels[0, 39] = 0, 120, 0  # 40 on average
+    pixels[5, 5] = 254, 254, 0
+    (tmp_path / 'room.ppm').write_bytes(b'P6\n40 20\n255\n' + pixels.tobytes())
+    (tmp_path / 'room.yaml').write_text('image: room.ppm\nresolution: 0.05\norigin: [0, 0, 0]')
+    assert np.argwhere(World.from_yaml(tmp_path / 'room.yaml').occupied).tolist() == [[19, 39]]
+
+
 @pytest.mark.parametrize(
     'text, names',
     [

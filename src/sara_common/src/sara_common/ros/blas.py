@@ -12,8 +12,7 @@ OPENBLAS = 'libopenblas.so.0'
 def use_one_blas_thread() -> None:
     """OpenBLAS, where numpy has it, works in the thread that asks, unless OPENBLAS_NUM_THREADS says otherwise.
 
-    Its threads wait for work in a loop: with them small matrices take five times the CPU (slam_gmapping on two cores 26
-    instead of 5 % of one).
+    Its threads wait for work in a loop: with them slam_gmapping takes five times the CPU.
     """
     if 'OPENBLAS_NUM_THREADS' in os.environ:
         return

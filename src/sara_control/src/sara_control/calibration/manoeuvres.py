@@ -5,8 +5,12 @@ It steers by the odometry that is to be calibrated: how square the square is doe
 begins and ends at rest. Speeds rise and fall with the acceleration given.
 """
 
+from __future__ import annotations
+
 import math
 from dataclasses import dataclass
+
+from sara_common.config import ConfigError, fault, filled, is_whole, number_faults
 
 
 @dataclass(frozen=True)
@@ -27,21 +31,20 @@ class ManoeuvreConfig:
     rest: float = 1.5
     pause: float = 4.0
 
+    def __post_init__(self):
+        faults = []
+        for name in self.__dataclass_fields__:
+            if name not in ('rounds', 'turns'):
+                faults += number_faults(self, above_0=[name])
+            elif not is_whole(getattr(self, name), low=1):
+                faults.append(fault(self, name, 'are whole numbers of 1 or more'))
+        if faults:
+            raise ConfigError(faults)
 
-def problems(values: dict) -> list[str]:
-    """One sentence per value of ManoeuvreConfig that no drive can have, and per name that it does not have."""
-    known = ManoeuvreConfig.__dataclass_fields__
-    return [
-        f'{name} is {value!r}, but there is no such parameter'
-        if name not in known
-        else f'{name} is {value!r}, allowed are '
-        f'{"whole numbers of 1 or more" if name in ("turns", "rounds") else "numbers above 0"}'
-        for name, value in values.items()
-        if name not in known
-        or isinstance(value, bool)
-        or not isinstance(value, int if name in ('turns', 'rounds') else (int, float))
-        or not 0 < value < math.inf
-    ]
+    @classmethod
+    def from_params(cls, params: object) -> ManoeuvreConfig:
+        """From a dictionary. Raises ConfigError with every fault."""
+        return filled(cls, params)
 
 
 def plan(config: ManoeuvreConfig = ManoeuvreConfig()) -> list:

@@ -8,8 +8,9 @@ from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
 
 from canserial.ros.node import stop
+from sara_common.config import ConfigError
 from sara_common.ros.node import start_node
-from sara_control.calibration.manoeuvres import ManoeuvreConfig, Manoeuvres, problems
+from sara_control.calibration.manoeuvres import ManoeuvreConfig, Manoeuvres
 
 RATE = 20.0  # Hz
 SILENT = 0.5  # s without odometry after which it stands still
@@ -19,11 +20,10 @@ class CalibrationDrive:
     """`cmd_vel` out, `odom` in; parameters are those of ManoeuvreConfig."""
 
     def __init__(self) -> None:
-        given = rospy.get_param('~', {})
-        faults = problems(given)
-        if faults:
-            stop(f'wrong configuration of {rospy.get_name()}: {"; ".join(faults)}')
-        self.manoeuvres = Manoeuvres(ManoeuvreConfig(**given))
+        try:
+            self.manoeuvres = Manoeuvres(ManoeuvreConfig.from_params(rospy.get_param('~', {})))
+        except ConfigError as error:
+            stop(f'wrong configuration of {rospy.get_name()}: {error}')
         self.odometry = None
         self.heading = None
         self.cmd_vel = rospy.Publisher('cmd_vel', Twist, queue_size=1, tcp_nodelay=True)

@@ -12,7 +12,7 @@ from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import dijkstra
 
 from sara_bringup.lockstep.ranges import mountings
-from sara_common.planar import Pose2D, wrap
+from sara_common.planar import Pose2D, is_apart
 from sara_common.platforms import chosen
 from sara_lab.judge.heard_walls import HeardWalls
 from sara_lab.judge.passed_walls import SeenWalls
@@ -105,7 +105,7 @@ class Survey:
     def hear(self, pose: Pose) -> None:
         """The chair is at a pose (x, y, yaw)."""
         last = self._last
-        if last and math.dist(last[:2], pose[:2]) < MOVED_M and abs(wrap(pose[2] - last[2])) < MOVED_RAD:
+        if last and not is_apart(last, pose, MOVED_M, MOVED_RAD):
             return
         self._last = pose
         self._left[self._heard_from(np.array([pose])).indices] *= AGAIN

@@ -12,7 +12,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from sara_common.planar import Pose2D, wrap
+from sara_common.planar import Pose2D, is_apart
 from sara_nav.costmaps.costmap_pair import CostmapPair
 from sara_nav.goals.goal import Goal
 from sara_nav.goals.goal_search import GlobalPlanner, Nearby, cleared, search_plan
@@ -23,9 +23,9 @@ from sara_nav.planners.planning import PlanError
 REPLAN_PERIOD = 1.0
 """Seconds between two tries to plan while there is no valid plan or the way is blocked."""
 LONG = 0.2
-"""A plan that takes so many seconds more than a control cycle is a long one;"""
+"""A plan is a long one if it takes so many seconds more than a control cycle."""
 OUTRUN = 0.05
-"""after that the robot must not be farther (m, rad) from its beginning."""
+"""A long plan is void if the robot is so far (m, rad) from where it begins."""
 
 
 class PlanMaker:
@@ -50,7 +50,7 @@ class PlanMaker:
 
     def due(self, goal: Goal, t: float, pose: Pose2D, config: MoveBaseConfig) -> bool:
         """Whether a Goal wants a plan at t (s), because it has none, something blocks the robot at ``pose``, or
-        planner_frequency says so.
+        planner_frequency says so; or because the last one is void. To be asked in every cycle.
         """
         self._look_back(goal, t, pose, config)
         waiting = goal.phase == PLANNING
@@ -104,12 +104,12 @@ class PlanMaker:
         return search_plan(self._informed(), costmap, start, goal, nearby)
 
     def _look_back(self, goal, t, pose, config):
-        """Whether the plan of the last cycle was a long one; if the robot is no more where it begins, it is void."""
+        """Learn how long the plan of the last cycle took; a long one that begins where the robot is no more is void."""
         if self._last is None:
             return
         (at, begins), self._last = self._last, None
         self._long = t - at > 1.0 / config.controller_frequency + LONG
-        if self._long and begins is not None and _far(pose, begins):
+        if self._long and begins is not None and is_apart(begins, pose, OUTRUN, OUTRUN):
             goal.phase, goal.last_plan_try = PLANNING, -math.inf
 
     def _informed(self):
@@ -127,7 +127,3 @@ class PlanMaker:
             self._watched = self._costmaps.world_changes
             goal.crossed = self._watch.blocked(self._costmaps.to_plan_on(self.unknown_blocks))
         return goal.crossed is not None
-
-
-def _far(pose, begins):
-    return pose.distance(begins) > OUTRUN or abs(wrap(pose.yaw - begins.yaw)) > OUTRUN

@@ -18,6 +18,7 @@ from sara_common.diagnostics import WARN
 from sara_common.ros.node import on_shutdown, start_node
 from sara_nav.config.parameters import Parameters
 from sara_nav.goals.move_base_config import ACTIVE, IDLE, MoveBaseConfig
+from sara_nav.goals.plan_maker import LONG
 from sara_nav.move_base import warming
 from sara_nav.move_base.cycle_monitor import CycleWatch
 from sara_nav.move_base.settings import Settings, read_settings
@@ -31,10 +32,8 @@ from sara_nav.ros.robot_inputs import RobotInputs
 from sara_nav.ros.services import Services
 from sara_nav.ros.tuning import Tuning
 
-LONGEST_STEP = 0.2
-"""s; a cycle that took longer, as planning may, commands zero: the robot is no more where its command is for."""
 CATCH_UP = 0.05
-"""s of the machine's own time for which messages that waited are heard after such a cycle."""
+"""s of the machine's own time for which messages that waited are heard after a cycle that took longer than LONG."""
 
 
 def read_parameters() -> Parameters:
@@ -207,7 +206,7 @@ class MoveBaseNode:
         began = time.perf_counter()
         result = machine.step(t, pose, self.robot.velocity(t), pose_time, local_pose)
         self.watch.worked(time.perf_counter() - began)
-        late = rospy.get_time() - t > LONGEST_STEP
+        late = rospy.get_time() - t > LONG  # the robot is no more where its command is for
         for kind, window in machine.costmaps.take_changed().items():
             self.shells[kind].publish(window, pose if kind == 'global' else local_pose or pose, now)
         self._announce(result, pose, now)

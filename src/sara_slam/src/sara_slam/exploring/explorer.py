@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sara_common.planar import Pose2D, wrap
+from sara_common.planar import Pose2D, is_apart
 from sara_control.gate import reasons
 from sara_nav.costmaps.costmap import Costmap
 from sara_nav.goals.goal import BY_CONTROL, BY_OSCILLATION, BY_PLANNING, BY_STUCK
@@ -204,7 +204,7 @@ class Explorer:
     def _on_the_way(self, now, pose):
         """The robot drives to a frontier."""
         since, there = self._progress
-        if pose.distance(there) >= MOVED or abs(wrap(pose.yaw - there.yaw)) >= TURNED:
+        if is_apart(there, pose, MOVED, TURNED):
             self._progress = now, pose
         elif now - since > self.config.progress_timeout:
             self.say(f'A frontier at {_place(self.visit.frontier)} is left: no progress for {now - since:.0f} s.')

@@ -14,7 +14,7 @@ from dataclasses import replace
 import numpy as np
 from scipy.ndimage import binary_dilation, distance_transform_edt, gaussian_filter, label, maximum_filter
 
-from sara_common.planar import Pose2D, wrap
+from sara_common.planar import Pose2D, is_apart, wrap
 from sara_nav.costmaps.costmap import Costmap, freed
 from sara_nav.grids.grid import FREE, INSCRIBED, UNKNOWN
 from sara_nav.planners.planning import PlanError
@@ -145,7 +145,7 @@ class Survey:
         if not self._trail or math.dist(self._trail[-1], (pose.x, pose.y)) >= APART:
             self._trail.append((pose.x, pose.y))
         last = self._last
-        if last is not None and pose.distance(last) < MOVED_M and abs(wrap(pose.yaw - last.yaw)) < MOVED_RAD:
+        if last is not None and not is_apart(last, pose, MOVED_M, MOVED_RAD):
             return
         self._last = pose
         if self._costmap is None or not len(self._sensors):

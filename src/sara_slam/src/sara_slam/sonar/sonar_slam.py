@@ -11,7 +11,7 @@ from operator import itemgetter
 
 import numpy as np
 
-from sara_common.planar import between, compose, inverse, wrap
+from sara_common.planar import between, compose, inverse, is_apart
 from sara_nav.maps.map_io import GridMap
 from sara_slam.sonar import arrow_system, forward_model, wall_search
 from sara_slam.sonar.drawing import Directions, Kept, Pose, Snapshot
@@ -123,7 +123,7 @@ class SonarSlam:
             self._search(here)
 
     def _node(self, stamp, here):
-        if self.nodes and not _apart(self.nodes[-1], here, NODE_M, NODE_RAD):
+        if self.nodes and not is_apart(self.nodes[-1], here, NODE_M, NODE_RAD):
             return
         self._at_node.clear()
         self.nodes.append(here)
@@ -140,7 +140,7 @@ class SonarSlam:
             self.counts['first'] += 1
             return -1
         last = self._used.get(name)
-        if last is None or _apart(last, here, self.config.update_min_d, self.config.update_min_a):
+        if last is None or is_apart(last, here, self.config.update_min_d, self.config.update_min_a):
             self._used[name] = here
             self.filter.see(wall, mount, distance)
             self.counts['used'] += 1
@@ -148,7 +148,7 @@ class SonarSlam:
         return wall
 
     def _search(self, here):
-        if self._searched is not None and not _apart(self._searched, here, SEARCH_M, SEARCH_RAD):
+        if self._searched is not None and not is_apart(self._searched, here, SEARCH_M, SEARCH_RAD):
             return
         self._searched = here
         recent = self._recent
@@ -198,7 +198,3 @@ class SonarSlam:
     def map(self, solved: Solved | None = None) -> GridMap:
         """See Snapshot."""
         return self.snapshot().map(solved)
-
-
-def _apart(a, b, metres, radians):
-    return math.dist(a[:2], b[:2]) >= metres or abs(wrap(a[2] - b[2])) >= radians
