@@ -13,7 +13,16 @@ from sara_common.platforms import load, parameters
 from sara_control.assist.assist_config import AssistConfig
 from sara_control.assist.correction import Correction, sentence
 from sara_control.assist.help_profiles import HelpProfiles
-from sara_control.assist.local_grid import GridError, LocalGrid, field_of, gap, outline_of
+from sara_control.assist.local_grid import (
+    GridError,
+    LocalGrid,
+    distance_at,
+    field_of,
+    gap,
+    gaps_beside,
+    outline_of,
+    too_near,
+)
 from sara_control.assist.shared_control import SharedControl
 
 CELL = 0.05
@@ -177,6 +186,37 @@ class TestTrembles:
         assert backs[0] == 0.0 and backs[-1] == -0.3 and sorted(backs, reverse=True) == backs
 
 
+class TestBeside:
+    @pytest.mark.parametrize(
+        ('gaps', 'beside', 'off'),
+        [
+            ((0.5, 0.2), (0.0, 0.3), 0.1),  # a wall on the right
+            ((0.5, 0.2), (0.3, 0.0), 0.0),  # which is on the other side
+            ((0.1, 0.1), (0.0, 0.3), 0.0),  # in the middle of a door
+            ((0.16, 0.04), (0.0, 0.3), 0.06),  # beside its middle
+            ((0.2, 0.5), (0.3, 0.0), 0.1),
+            ((0.2, 0.5), (0.0, 0.0), 0.0),
+        ],
+    )
+    def test_how_much_nearer_it_is_than_it_is_to_be(self, gaps, beside, off):
+        assert too_near(gaps, beside) == pytest.approx(off)
+
+    @given(places())
+    @settings(max_examples=50, deadline=None)
+    def test_the_two_sides_gaps_are_those_of_their_points(self, place):
+        grid, pose = place
+        field = field_of(grid, 1.5)
+        c, s = math.cos(pose[2]), math.sin(pose[2])
+        for half, found in zip((FINE.points[: FINE.half], FINE.points[FINE.half :]), gaps_beside(field, FINE, *pose)):
+            at = pose[:2] + half @ np.array([[c, s], [-s, c]])
+            least = min(distance_at(field, x, y) for x, y in at.tolist())
+            if least > 0.0:
+                assert found == pytest.approx(min(least, 1.5 - FINE.radius), abs=CELL)
+
+    def test_the_left_half_is_on_the_left(self):
+        assert (FINE.points[: FINE.half, 1] >= 0.0).all() and (FINE.points[FINE.half :, 1] <= 0.0).all()
+
+
 class TestWhatItKnows:
     @pytest.mark.parametrize('pose', [None, (NAN, 0.0, 0.0), (0.0, math.inf, 0.0)])
     def test_without_a_pose_it_leaves_the_rider_to_the_gate(self, pose):
@@ -216,10 +256,24 @@ class TestHelp:
         rows = drive(DOOR, start, heads_for(5.5, 3.0, lambda pose: pose[0] > 5.0))
         assert rows[-1][0][0] > 4.99 and min(row[3] for row in rows) > 0.0
 
-    def test_along_a_wall_that_the_rider_steers_into(self):
-        grid = world(8.0, 4.0)
-        rows = drive(grid, (1.0, 1.0, 0.0), lambda t, pose: (0.34, -0.15) if pose[0] < 6.0 else None, 30.0)
-        assert rows[-1][0][0] > 5.9 and min(row[3] for row in rows) > 0.0
+    @pytest.mark.parametrize('y', (0.65, 1.0, 1.4))  # 0.3 to 1.1 m off the wall
+    @pytest.mark.parametrize('turn', (-0.1, -0.2, -0.3))
+    def test_along_a_wall_that_the_rider_steers_into(self, y, turn):
+        rows = drive(world(14.0, 4.0), (1.0, y, 0.0), lambda t, pose: (0.34, turn) if pose[0] < 10.0 else None, 50.0)
+        assert rows[-1][0][0] > 9.9 and min(row[3] for row in rows) > 0.1
+        assert all(0.25 < row[3] < 0.35 for row in rows if row[0][0] > 7.0)
+
+    def test_who_steers_away_from_the_wall_is_let_go(self):
+        grid = world(14.0, 4.0)
+        assist, pose = knows(grid), (5.0, 0.6, 0.0)
+        wishes = 5 * [(0.34, -0.2)] + 5 * [(0.34, -0.05)] + 10 * [(0.34, 0.2)] + 10 * [(0.34, 0.05)]
+        results = []
+        for k, wish in enumerate(wishes):
+            assist.on_grid(grid, 0.05 * k)
+            results.append(assist.step(0.05 * k, wish, pose))
+        assert {result.correction for result in results[:10]} == {Correction.LEFT}
+        assert results[16:20] == 4 * [(0.34, 0.2, None)]
+        assert results[-5:] == 5 * [(0.34, 0.05, None)]
 
     def test_round_a_box_in_the_way(self):
         grid = world(8.0, 6.0, (4.0, 2.6, 4.5, 3.1))

@@ -16,12 +16,12 @@ class AssistConfig(OfPlatform):
     enabled: whether it helps. sources: whose commands are assisted. length, width: of the body, centred on base_link;
     they must be given. horizon: s of driving that is looked ahead, within nearest_look and farthest_look (m). margin:
     the body comes no nearer to an obstacle. ahead: m more that its way keeps free where it drives to: there the safety
-    gate stops. clear: m; nearer than that, room counts. help: 0 to 1, how much room is minded over the wish. braking:
-    m/s2, before what cannot be passed. steady_time: s over which a stick that trembles is averaged. insist: share of
-    the greatest deflection, and insist_time: s, from which on a rider who keeps to a direction is left alone until the
-    stick is centred. max_linear, max_angular: m/s, rad/s at the greatest deflection. override_time: s that an override
-    lasts. grid_timeout: s after which a grid is too old to be used. turn_slip: turn rate commanded over turn rate
-    driven. latency: s until a command takes effect.
+    gate stops. clear: m; nearer than that, room counts. beside: m; what is on one side only is kept so far off. help: 0
+    to 1, how much room is minded over the wish. braking: m/s2, before what cannot be passed. steady_time: s over which
+    a stick that trembles is averaged. insist: share of the greatest deflection, and insist_time: s, from which on a
+    rider who keeps to a direction is left alone until the stick is centred. max_linear, max_angular: m/s, rad/s at the
+    greatest deflection. override_time: s that an override lasts. grid_timeout: s after which a grid is too old to be
+    used. turn_slip: turn rate commanded over turn rate driven. latency: s until a command takes effect.
     """
 
     enabled: bool = True
@@ -34,6 +34,7 @@ class AssistConfig(OfPlatform):
     margin: float = 0.04
     ahead: float = 0.2
     clear: float = 0.4
+    beside: float = 0.3
     help: float = 0.65
     braking: float = 0.3
     steady_time: float = 0.25
@@ -79,6 +80,7 @@ LIMITS = {
     'margin': (0.0, 0.5),
     'ahead': (0.0, 1.0),
     'clear': (0.05, 1.0),
+    'beside': (0.0, 1.0),
     'help': (0.0, 1.0),
     'braking': (0.0, 2.0, True),
     'steady_time': (0.0, 2.0),

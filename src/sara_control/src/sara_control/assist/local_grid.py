@@ -54,11 +54,12 @@ def field_of(grid: LocalGrid, reach: float) -> Field:
 
 
 class Outline(NamedTuple):
-    """points: (k, 2) on the outline in their order, m in base_link. spacing: m between them at most. radius: m from
-    base_link to the farthest.
+    """points: (k, 2) on the outline in their order from the middle of the front, m in base_link; the first `half` are
+    its left side. spacing: m between them at most. radius: m from base_link to the farthest.
     """
 
     points: np.ndarray
+    half: int
     spacing: float
     radius: float
 
@@ -80,17 +81,45 @@ def distance_at(field: Field, x: float, y: float) -> float:
 
 @kernel
 def gap(field: Field, outline: Outline, x: float, y: float, yaw: float) -> float:
-    """The least distance (m) of an Outline at a pose to what is blocked.
+    """The least distance (m) of an Outline at a pose to what is blocked."""
+    far = field.reach - outline.radius
+    if distance_at(field, x, y) >= field.reach:
+        return far
+    return _least(field, outline, (0, len(outline.points)), (x, y, math.cos(yaw), math.sin(yaw)), far)
+
+
+@kernel
+def gaps_beside(field: Field, outline: Outline, x: float, y: float, yaw: float) -> tuple[float, float]:
+    """The least distances (m) of the left and of the right half of an Outline at a pose to what is blocked."""
+    far = field.reach - outline.radius
+    if distance_at(field, x, y) >= field.reach:
+        return far, far
+    pose, half = (x, y, math.cos(yaw), math.sin(yaw)), outline.half
+    left = _least(field, outline, (0, half), pose, far)
+    return left, _least(field, outline, (half, len(outline.points)), pose, far)
+
+
+@kernel
+def too_near(gaps: tuple[float, float], beside: tuple[float, float]) -> float:
+    """How much nearer (m) a body is to what is on its left and right than it is to be, or than the middle of what is
+    free. gaps, beside: m to the left and right.
+    """
+    middle = 0.5 * (gaps[0] + gaps[1])
+    return max(0.0, min(beside[0], middle) - gaps[0]) + max(0.0, min(beside[1], middle) - gaps[1])
+
+
+@kernel
+def _least(field, outline, part, pose, least):
+    """The least distance (m) of a part (first, end) of an Outline's points at a pose (x, y, its cosine, its sine) to
+    what is blocked, at most ``least``.
 
     A distance changes by no more than the way between two places, so points near one that is far from everything need
     not be looked at (sphere tracing; Hart 1996).
     """
-    least = field.reach - outline.radius
-    if distance_at(field, x, y) >= field.reach:
-        return least
-    c, s = math.cos(yaw), math.sin(yaw)
-    k, points = 0, outline.points
-    while k < len(points):
+    x, y, c, s = pose
+    k, end = part
+    points = outline.points
+    while k < end:
         a, b = points[k, 0], points[k, 1]
         here = distance_at(field, x + c * a - s * b, y + s * a + c * b)
         least = min(least, here)
@@ -104,12 +133,14 @@ def outline_of(length: float, width: float, spacing: float, ahead: float = 0.0) 
     ahead: m that it is longer at the front, or at the rear where it is negative.
     """
     front, rear, side = 0.5 * length + max(ahead, 0.0), -0.5 * length + min(ahead, 0.0), 0.5 * width
-    corners = np.array([[front, side], [rear, side], [rear, -side], [front, -side]])
+    corners = np.array([[front, 0.0], [front, side], [rear, side], [rear, 0.0], [rear, -side], [front, -side]])
     sides = []
     for a, b in zip(corners, np.roll(corners, -1, axis=0)):
         n = math.ceil(math.hypot(*(b - a)) / spacing)
         sides.append(a + np.arange(n)[:, None] / n * (b - a))
-    return Outline(np.ascontiguousarray(np.vstack(sides)), float(spacing), float(np.hypot(*corners.T).max()))
+    half = sum(len(side) for side in sides[:3])
+    radius = float(np.hypot(*corners.T).max())
+    return Outline(np.ascontiguousarray(np.vstack(sides)), half, float(spacing), radius)
 
 
 def warm() -> None:

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ahead_of_time import kernel
-from sara_control.assist.local_grid import Field, LocalGrid, Outline, field_of, gap, outline_of
+from sara_control.assist.local_grid import Field, LocalGrid, Outline, field_of, gap, gaps_beside, outline_of, too_near
 
 STEP = 0.07
 """m between two looks at the gap."""
@@ -29,10 +29,13 @@ class Wish(NamedTuple):
 
 
 class Course(NamedTuple):
-    """A way among obstacles: how much of it is free (m), and the least gap on it (m)."""
+    """A way among obstacles: how much of it is free (m), the least gap on it (m), and `too_near` (m) at its begin and
+    end.
+    """
 
     free: float
     nearest: float
+    too_near: tuple[float, float]
 
 
 @kernel
@@ -44,10 +47,21 @@ def may_go(here: float, before: float, margin: float) -> bool:
 
 
 @kernel
-def follow(field: Field, outline: Outline, pose: tuple[float, float, float], wish: Wish, margin: float) -> Course:
-    """The Course of a wish from a pose (m, rad), up to where the body would come nearer than the margin (m)."""
+def follow(
+    field: Field,
+    outline: Outline,
+    pose: tuple[float, float, float],
+    wish: Wish,
+    margin: float,
+    beside: tuple[float, float],
+) -> Course:
+    """The Course of a wish from a pose (m, rad), up to where the body would come nearer than the margin (m). beside: m,
+    of its too_near.
+    """
     x, y, yaw = pose
-    before = nearest = gap(field, outline, x, y, yaw)
+    gaps = gaps_beside(field, outline, x, y, yaw)
+    before = nearest = min(gaps)
+    first = last = too_near(gaps, beside)
     done = 0.0
     while done < wish.look - 1e-9:
         step = min(STEP, wish.look - done)
@@ -57,11 +71,13 @@ def follow(field: Field, outline: Outline, pose: tuple[float, float, float], wis
             y + wish.sense * step * math.sin(yaw + 0.5 * turn),
             yaw + turn,
         )
-        here = gap(field, outline, x, y, yaw)
+        gaps = gaps_beside(field, outline, x, y, yaw)
+        here = min(gaps)
         if not may_go(here, before, margin):
             break
         nearest, before, done = min(nearest, here), here, done + step
-    return Course(done, nearest)
+        last = too_near(gaps, beside)
+    return Course(done, nearest, (first, last))
 
 
 @kernel
@@ -81,6 +97,6 @@ def warm() -> None:
     """Compile, or load from the cache, every kernel for the types it is called with."""
     field = field_of(LocalGrid(np.zeros((3, 3), bool), 0.1, 0.0, 0.0), 0.2)
     outline, pose = outline_of(1.0, 0.5, 0.1), (0.0, 0.0, 0.0)
-    follow(field, outline, pose, Wish(1.0, 0.1, 1.0), 0.1)
+    follow(field, outline, pose, Wish(1.0, 0.1, 1.0), 0.1, (0.0, 0.3))
     free_turn(field, outline, pose, 0.5, 0.1)
     may_go(0.1, 0.1, 0.1)

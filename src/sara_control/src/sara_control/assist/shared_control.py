@@ -30,6 +30,9 @@ SLOW = 0.04  # m/s; a wish for less is one to turn in place
 SHARPEST = 3.0  # 1/m of curvature; a wish for more turns in place as well
 CALM = 0.15  # 1/m; a curve that bends otherwise by less is the wish's own
 OWN_LOOK = 1.3  # m of the rider's own way that are looked at
+NONE = 0.0, 0.0  # m kept beside
+CRUISING = 0.5  # of max_linear: from there on a wall is followed as far off as `beside` says
+AWAY = 0.02  # m by which a wish must lead away from what the robot is led along, for it to be driven again
 SPARE = 0.03  # m more than the margin that a wish keeps which is left as it is
 TURN_LOOK = 0.7  # rad of a turn in place that are looked at
 TURN_BRAKING, TURN_SPARE = 0.6, 0.03  # rad/s2 before what such a turn would meet, and rad before it
@@ -65,7 +68,7 @@ class SharedControl:
         self._field, self._stamp = None, -math.inf
         self._insistence = Insistence(config)
         self._take(config)
-        self._last, self._steady, self._then = 0.0, None, None
+        self._last, self._steady, self._then, self._led = 0.0, None, None, False
         self._grid: LocalGrid | None = None
 
     def on_grid(self, grid: LocalGrid, stamp: float) -> None:
@@ -85,7 +88,7 @@ class SharedControl:
 
     def _take(self, config):
         self.config = self._insistence.config = config
-        self._weights = Weights(config.margin, config.clear, ROOM * config.help, EFFORT, LOST)
+        self._weights = Weights(config.margin, config.clear, NONE, ROOM * config.help, EFFORT, LOST)
 
     def override(self, t: float, on: bool = True) -> None:
         """The rider's button: no help for override_time from t on, or help again."""
@@ -138,7 +141,7 @@ class SharedControl:
         self._rest()
 
     def _rest(self, keep=False):
-        self._last, self._steady, self._then = 0.0, None, None
+        self._last, self._steady, self._then, self._led = 0.0, None, None, False
         if not keep:
             self._insistence.let_go()
 
@@ -172,11 +175,16 @@ class SharedControl:
         asked = steady[1] / abs(steady[0]) / c.turn_slip
         wish = Wish(sense, asked, self._look(steady[0]))
         ahead = wish._replace(look=min(wish.look, OWN_LOOK))
-        own = rollouts.follow(self._field, self._driven[sense], pose, ahead, c.margin)
-        if own.free >= ahead.look - 1e-6 and own.nearest >= c.margin + SPARE:
-            self._last = asked
+        weights = self._weights._replace(beside=self._beside(steady[0], asked))
+        own = rollouts.follow(self._field, self._driven[sense], pose, ahead, c.margin, weights.beside)
+        begin, end = own.too_near
+        leads_away = end <= max(AWAY, begin - AWAY)
+        keeps_clear = own.free >= ahead.look - 1e-6 and own.nearest >= c.margin + SPARE
+        if keeps_clear and (leads_away or not self._led):
+            self._last, self._led = asked, False
             return Assisted(v, w, None)
-        way = self._way(pose, wish)
+        way = self._way(pose, wish, weights)
+        self._led = way is not None
         if way is None:
             return self._slower(v, w, pose, ahead)
         if way.moves[0, 0] == 0.0:
@@ -195,19 +203,27 @@ class SharedControl:
             return Assisted(sense * speed, turn, LEFT if curvature > asked else RIGHT)
         return Assisted(sense * speed, turn, Correction.SLOWER if speed < 0.99 * abs(v) else None)
 
-    def _way(self, pose, wish):
+    def _beside(self, v, curvature):
+        """(m on the left, on the right) that are kept to a wall that the rider steers into, at v (m/s): less where they
+        are slow, none astern, for so one parks beside a bed or a table.
+        """
+        c = self.config
+        kept = c.beside * min(max(v / (CRUISING * c.max_linear), 0.0), 1.0)
+        return kept if curvature > CALM else 0.0, kept if curvature < -CALM else 0.0
+
+    def _way(self, pose, wish, weights):
         """A Way that keeps `ahead` free, or else one that does not; None where neither leads on."""
         driven = self._driven[wish.sense]
         is_clear = gap(self._field, driven, *pose) >= self.config.margin
         for outline in (driven, self._outline) if is_clear else (self._outline,):
-            way = way_search.search(self._field, outline, pose, wish, self._last, self._weights)
+            way = way_search.search(self._field, outline, pose, wish, self._last, weights)
             if len(way.moves) > 0 and way.progress >= LEAST_WAY:
                 return way
         return None
 
     def _slower(self, v, w, pose, wish):
         """The command of a Wish itself, as fast as what is free of it allows."""
-        own = rollouts.follow(self._field, self._outline, pose, wish, self.config.margin)
+        own = rollouts.follow(self._field, self._outline, pose, wish, self.config.margin, NONE)
         speed = math.sqrt(2.0 * self.config.braking * max(own.free - SPARE, 0.0))
         if speed < SLOW:
             return Assisted(0.0, 0.0, Correction.STOPS)

@@ -14,10 +14,10 @@ from typing import NamedTuple
 import numpy as np
 
 from ahead_of_time import kernel
-from sara_control.assist.local_grid import Field, LocalGrid, Outline, field_of, gap, outline_of
+from sara_control.assist.local_grid import Field, LocalGrid, Outline, field_of, gap, gaps_beside, outline_of, too_near
 from sara_control.assist.rollouts import BENDS_FOR, Wish, may_go
 
-BENDS = (0.0, 0.7, -0.7, 1.9, -1.9)
+BENDS = (0.0, 0.35, -0.35, 1.6, -1.6)
 """1/m, of arcs."""
 ARC, LOOKS = 0.21, 3
 """m of an arc, and how often the gap is looked at on it."""
@@ -27,9 +27,11 @@ STEADY = 0.3
 """How much bending otherwise than before counts, of what bending otherwise than asked does."""
 LEADS = 0.75
 """Share of what the stick bends for that counts for where it leads."""
+BESIDE = 2.0
+"""Of ``room``, what it costs to be nearer than ``beside`` by as much as ``clear``."""
 GREED = 2.0
 """How many times as much as the way behind the way left counts."""
-STATES = 200
+STATES = 160
 """Kept until the search ends with the best it has."""
 CELL, HEADINGS = 0.1, 24
 """m, and headings of a circle, by which states are told apart."""
@@ -37,12 +39,14 @@ SLOTS = 1 << 13
 
 
 class Weights(NamedTuple):
-    """margin, clear: m, see AssistConfig. room: m of way that lack of room costs per m. effort: m that bending
-    otherwise costs per rad. lost: m that a metre costs which was asked for and is not reached.
+    """margin, clear: m, see AssistConfig. beside: m to what is on the left and right. room: m of way that lack of room
+    costs per m. effort: m that bending otherwise costs per rad. lost: m that a metre costs which was asked for and is
+    not reached.
     """
 
     margin: float
     clear: float
+    beside: tuple[float, float]
     room: float
     effort: float
     lost: float
@@ -180,12 +184,13 @@ def _lack(field, outline, state, move, weights):
     lack, step, turn = 0.0, move[0] / LOOKS, move[1] / LOOKS
     for _ in range(LOOKS):
         x, y, yaw = x + step * math.cos(yaw + 0.5 * turn), y + step * math.sin(yaw + 0.5 * turn), yaw + turn
-        then = gap(field, outline, x, y, yaw)
+        gaps = gaps_beside(field, outline, x, y, yaw)
+        then = min(gaps)
         if not may_go(then, here, weights.margin):
             return np.inf, here
         here = then
         share = max(0.0, 1.0 - here / weights.clear)
-        lack += share * share * abs(step)
+        lack += (share * share + BESIDE * too_near(gaps, weights.beside) / weights.clear) * abs(step)
     return lack, here
 
 
@@ -222,4 +227,5 @@ def _traced(tree, aim, end):
 def warm() -> None:
     """Compile, or load from the cache, every kernel for the types it is called with."""
     field = field_of(LocalGrid(np.zeros((3, 3), bool), 0.1, 0.0, 0.0), 0.2)
-    search(field, outline_of(1.0, 0.5, 0.1), (0.0, 0.0, 0.0), Wish(1.0, 0.1, 1.0), 0.1, Weights(*(0.1,) * 5))
+    weights = Weights(0.1, 0.1, (0.0, 0.1), 0.1, 0.1, 0.1)
+    search(field, outline_of(1.0, 0.5, 0.1), (0.0, 0.0, 0.0), Wish(1.0, 0.1, 1.0), 0.1, weights)

@@ -1,5 +1,6 @@
-"""The campaign's parts `assisted`, `assisted_doors` and `assisted_wall`: simulated riders on three circuits, alone,
-with the safety gate, and with shared control; through a door of 0.80 m; and along a wall.
+"""The campaign's parts `assisted`, `assisted_doors`, `assisted_wall` and `assisted_dock`: simulated riders on three
+circuits, alone, with the safety gate, and with shared control; through a door of 0.80 m; along a wall; and up to a
+table or a bed.
 """
 
 from __future__ import annotations
@@ -10,10 +11,10 @@ from pathlib import Path
 import numpy as np
 
 from sara_lab.campaign.part import Figures, Part
+from sara_lab.rides import dock_rides, wall_rides
 from sara_lab.rides.circuits import circuits as all_circuits
 from sara_lab.rides.door_rides import APPROACHES, passed, through
 from sara_lab.rides.ride import LIMIT_S, WAYS, ride
-from sara_lab.rides.wall_rides import RIDES, along
 from sara_sim.riders.riders import RIDERS
 
 EXPERT = 'expert'
@@ -22,6 +23,7 @@ QUICKER, COMPLETED, CALMER = 0.8, 0.98, 0.5  # impaired riders: of the time, at 
 EXPERT_TIME, EXPERT_CHANGED = 1.05, 0.05  # of free; share of the wish
 DOOR_RIDERS, DOOR_WAYS, DOOR_PASSED = ('tremor', 'late', 'four_directions'), ('gate', 'assisted'), 0.95
 WALL_M = 0.25, 0.35  # m from the wall, that 90 % of the way are to lie between
+DOCK_M = 0.05, 0.15  # m before a table or a bed, that the rests are to lie between
 LINE = (
     '{:8} {:16} {:9} {completed:4}/{rides:<4} {collided:8} {contacts:8} {seconds:7.1f} {reversals_per_m:11.2f} '
     '{reversals_per_min:13.1f} {changed:8.3f} {stops:6.1f} {gap_min_m:6.3f}'
@@ -172,13 +174,15 @@ def assisted_wall(_seeds: int, _folder: Path) -> Part:
     """Along a wall that the rider steers into, whatever the number of chairs."""
 
     def case(number):
-        made = along(number)
+        made = wall_rides.along(number)
         faults = [f'{made.contacts} contacts'] if made.contacts else []
         faults += [] if len(made.gap) else ['stood still before the wall']
         return {'gap': made.gap.tolist(), 'faults': faults}
 
     return Part(
-        {f'assisted_wall_{number}': lambda n=number: case(n) for number in range(RIDES)}, _wall_summary, _wall_verdict
+        {f'assisted_wall_{number}': lambda n=number: case(n) for number in range(wall_rides.RIDES)},
+        _wall_summary,
+        _wall_verdict,
     )
 
 
@@ -191,3 +195,30 @@ def _wall_summary(results):
 def _wall_verdict(figures):
     low, high = figures['gap_p5_m'], figures['gap_p95_m']
     return [] if WALL_M[0] <= low and high <= WALL_M[1] else [f'at {low:.2f} to {high:.2f} m, allowed {WALL_M}']
+
+
+def assisted_dock(_seeds: int, _folder: Path) -> Part:
+    """Up to a table or a bed, and out again, whatever the number of chairs."""
+
+    def case(number):
+        made = dock_rides.dock(number)
+        faults = [f'{made.contacts} contacts'] if made.contacts else []
+        faults += [] if made.out else ['did not come out again']
+        return {'gap': made.gap, 'faults': faults}
+
+    return Part(
+        {f'assisted_dock_{number}': lambda n=number: case(n) for number in range(dock_rides.RIDES)},
+        _dock_summary,
+        _dock_verdict,
+    )
+
+
+def _dock_summary(results):
+    least, middle, most = np.percentile([found['gap'] for found in results], (0, 50, 100))
+    figures = {'rides': len(results), 'gap_min_m': float(least), 'gap_p50_m': float(middle), 'gap_max_m': float(most)}
+    return [f'at rest before a table or a bed at {least:.2f} to {most:.2f} m, median {middle:.2f} m'], figures
+
+
+def _dock_verdict(figures):
+    low, high = figures['gap_min_m'], figures['gap_max_m']
+    return [] if DOCK_M[0] <= low and high <= DOCK_M[1] else [f'at {low:.2f} to {high:.2f} m, allowed {DOCK_M}']

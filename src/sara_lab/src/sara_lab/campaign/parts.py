@@ -9,7 +9,7 @@ from typing import Any
 
 from sara_lab.campaign.amcl import amcl
 from sara_lab.campaign.amcl_nees import amcl_nees
-from sara_lab.campaign.assisted import assisted, assisted_doors, assisted_wall
+from sara_lab.campaign.assisted import assisted, assisted_dock, assisted_doors, assisted_wall
 from sara_lab.campaign.assisted_bus import assisted_bus
 from sara_lab.campaign.calm import calm
 from sara_lab.campaign.chair import hazard_times, obstacle, odometry, sensors, square
@@ -64,6 +64,7 @@ PARTS = {
     'assisted': assisted,
     'assisted_doors': assisted_doors,
     'assisted_wall': assisted_wall,
+    'assisted_dock': assisted_dock,
     'assisted_bus': assisted_bus,
     'skills': skills,
     'compass': compass,
