@@ -263,6 +263,15 @@ class TestHelp:
         assert rows[-1][0][0] > 9.9 and min(row[3] for row in rows) > 0.1
         assert all(0.25 < row[3] < 0.35 for row in rows if row[0][0] > 7.0)
 
+    @pytest.mark.parametrize(('yaw', 'wish', 'kept'), [(0.0, (0.34, -0.1), True), (math.pi, (-0.34, -0.1), False)])
+    def test_walls_are_kept_off_ahead_and_not_astern(self, yaw, wish, kept):
+        hall, start = world(14.0, 4.0), (3.0, 0.9, yaw)
+        with_it, without = (
+            drive(hall, start, lambda t, pose: wish, 15.0, AssistConfig.of(beside=beside)) for beside in (0.3, 0.0)
+        )
+        assert (with_it != without) is kept
+        assert not kept or with_it[-1][3] > without[-1][3] + 0.02
+
     def test_who_steers_away_from_the_wall_is_let_go(self):
         grid = world(14.0, 4.0)
         assist, pose = knows(grid), (5.0, 0.6, 0.0)

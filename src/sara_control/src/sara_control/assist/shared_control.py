@@ -1,9 +1,9 @@
 """Shared control: the rider leads, and the robot helps where room is short.
 
 What the stick asks for is an arc, then straight on. Where that is not free, a short way is searched that leads on where
-it points to (way_search.py), and followed by pure pursuit, slower where room is short. Where no way leads on, the wish
-itself is driven as far as it is free. Nearest to the wish among what is free: Devigne, Narayanan, Pasteau and Babel
-(2016, "Low complex sensor-based shared control for power wheelchair navigation").
+it points to (way_search.py), and followed by pure pursuit, slower where room is short; who steers into a wall is led
+along it. Where no way leads on, the wish itself is driven as far as it is free. Nearest to the wish among what is free:
+Devigne, Narayanan, Pasteau and Babel (2016, "Low complex sensor-based shared control for power wheelchair navigation").
 
 It never goes faster than asked nor the other way, stands in the cycle in which the wish is zero, and is the wish where
 nothing is near. What stops the robot is the safety gate behind it.
@@ -30,7 +30,7 @@ SLOW = 0.04  # m/s; a wish for less is one to turn in place
 SHARPEST = 3.0  # 1/m of curvature; a wish for more turns in place as well
 CALM = 0.15  # 1/m; a curve that bends otherwise by less is the wish's own
 OWN_LOOK = 1.3  # m of the rider's own way that are looked at
-NONE = 0.0, 0.0  # m kept beside
+NO_WALL = 0.0, 0.0  # m off walls on the left and right
 CRUISING = 0.5  # of max_linear: from there on a wall is followed as far off as `beside` says
 AWAY = 0.02  # m by which a wish must lead away from what the robot is led along, for it to be driven again
 SPARE = 0.03  # m more than the margin that a wish keeps which is left as it is
@@ -88,7 +88,7 @@ class SharedControl:
 
     def _take(self, config):
         self.config = self._insistence.config = config
-        self._weights = Weights(config.margin, config.clear, NONE, ROOM * config.help, EFFORT, LOST)
+        self._weights = Weights(config.margin, config.clear, NO_WALL, ROOM * config.help, EFFORT, LOST)
 
     def override(self, t: float, on: bool = True) -> None:
         """The rider's button: no help for override_time from t on, or help again."""
@@ -223,7 +223,7 @@ class SharedControl:
 
     def _slower(self, v, w, pose, wish):
         """The command of a Wish itself, as fast as what is free of it allows."""
-        own = rollouts.follow(self._field, self._outline, pose, wish, self.config.margin, NONE)
+        own = rollouts.follow(self._field, self._outline, pose, wish, self.config.margin, NO_WALL)
         speed = math.sqrt(2.0 * self.config.braking * max(own.free - SPARE, 0.0))
         if speed < SLOW:
             return Assisted(0.0, 0.0, Correction.STOPS)
