@@ -138,7 +138,7 @@ def outline_of(length: float, width: float, spacing: float, ahead: float = 0.0) 
     for a, b in zip(corners, np.roll(corners, -1, axis=0)):
         n = math.ceil(math.hypot(*(b - a)) / spacing)
         sides.append(a + np.arange(n)[:, None] / n * (b - a))
-    half = sum(len(side) for side in sides[:3])
+    half = sum(map(len, sides[:3]))
     radius = float(np.hypot(*corners.T).max())
     return Outline(np.ascontiguousarray(np.vstack(sides)), half, float(spacing), radius)
 
