@@ -148,7 +148,8 @@ class TestLaws:
 class TestTrembles:
     """A hand that trembles by more than it asks for."""
 
-    NEAR, OPEN = (0.87, 2.0, math.pi), (3.0, 3.0, math.pi)  # 0.3 m before a wall; in the middle of a room
+    NEAR = 0.33 + 0.5 * CONFIG.length, 2.0, math.pi  # 0.28 m before a wall
+    OPEN = 3.0, 3.0, math.pi  # in the middle of a room
 
     @staticmethod
     def hand(v, w, seconds=4.0):
