@@ -84,6 +84,26 @@ def test_filters_let_through_what_agrees_in_the_mask():
     there.close()
 
 
+def test_udp_multicast_hears_nothing_of_another_group_at_its_port():
+    """Each group is a bus: two simulated chairs on one machine must not drive each other."""
+    adapters = [
+        Adapter(AdapterConfig(interface='udp_multicast', port=group, options={'port': 43902}))
+        for group in ('239.74.163.3', '239.74.163.4')
+    ]
+    one, other = adapters
+    try:
+        one.open()
+        other.open()
+        one.send(Frame(0x120, bytes(8), 0.0))
+        assert one.receive(5.0, lambda: 0.0).id == 0x120  # it has come
+        assert other.receive(0.3, lambda: 0.0) is None
+    except AdapterError as error:
+        pytest.skip(f'no multicast on this machine: {error}')
+    finally:
+        for adapter in adapters:
+            adapter.close()
+
+
 def test_udp_multicast_carries_frames_between_two_adapters():
     config = AdapterConfig(interface='udp_multicast', port='239.74.163.2', options={'port': 43900})
     here, there = Adapter(config), Adapter(config)

@@ -8,6 +8,7 @@ before it is parsed (canserial.adapter.lawicel).
 from __future__ import annotations
 
 import os
+import socket
 import time
 from collections import Counter
 from collections.abc import Callable
@@ -23,6 +24,7 @@ __all__ = ['Adapter', 'AdapterConfig', 'AdapterError', 'BadFrame', 'Filter', 'No
 SEND_TIMEOUT = 0.1  # s
 # linux/can/error.h, of which python-can hands on identifier and data.
 CAN_ERR_CRTL, CAN_ERR_CRTL_OVERFLOW = 0x04, 0x03
+IP_MULTICAST_ALL, IPV6_MULTICAST_ALL = 49, 29  # linux/in.h and in6.h; Python does not name them
 
 
 class AdapterError(OSError):
@@ -60,6 +62,8 @@ class Adapter:
         self.close()
         try:
             bus = can.Bus(**self.config.keywords())
+            if self.config.interface == 'udp_multicast':
+                _hear_own_group_only(bus)
         except (can.CanInterfaceNotImplementedError, ImportError) as error:
             raise NoDriver(_why(error)) from error
         except (can.CanError, OSError, ValueError, TypeError) as error:
@@ -162,3 +166,12 @@ def _why(error):
         beneath = beneath.__cause__ or beneath.__context__
     cause = str(error.__cause__ or '')
     return str(error) if cause in str(error) else f'{error} ({cause})'
+
+
+def _hear_own_group_only(bus):
+    """Leave out other groups at the same port: Linux gives a socket all that anybody on the machine has joined."""
+    with socket.socket(fileno=os.dup(bus.fileno())) as multicast:
+        if multicast.family == socket.AF_INET:
+            multicast.setsockopt(socket.IPPROTO_IP, IP_MULTICAST_ALL, 0)
+        else:
+            multicast.setsockopt(socket.IPPROTO_IPV6, IPV6_MULTICAST_ALL, 0)
