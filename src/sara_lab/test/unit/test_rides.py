@@ -62,16 +62,19 @@ def test_shared_control_leads_along_a_wall_that_the_rider_steers_into():
     walls = part.assisted_wall(1, None)
     (line,), figures = walls.summary([{'gap': made.gap.tolist()}])
     assert f'{np.median(made.gap):.2f} (median)' in line
-    assert not walls.verdict(figures) and walls.verdict(figures | {'gap_p5_m': 0.24})
+    assert not walls.verdict(figures)
+    assert walls.verdict(figures | {'gap_p5_m': 0.24}) and walls.verdict(figures | {'gap_p95_m': 0.36})
+    assert not walls.verdict(figures | {'gap_p5_m': 0.26, 'gap_p95_m': 0.34})
 
 
 def test_it_comes_to_rest_before_a_table_and_backs_out_again():
     made = dock_rides.dock(4)
-    assert 0.05 < made.gap < 0.15 and made.out and not made.contacts
+    assert 0.05 < made.gap < 0.15 and made.aside < 0.1 and made.out and not made.contacts
     docks = part.assisted_dock(1, None)
-    (line,), figures = docks.summary([{'gap': made.gap}])
-    assert f'median {made.gap:.2f} m' in line
+    (line,), figures = docks.summary([{'gap': made.gap, 'docked': True}, {'gap': 0.3, 'docked': False}])
+    assert line.startswith('1 of 2 ') and f'median {made.gap:.2f} m' in line
     assert not docks.verdict(figures) and docks.verdict(figures | {'gap_max_m': 0.2})
+    assert docks.verdict(docks.summary([{'gap': 0.3, 'docked': False}])[1])
 
 
 def test_a_ride_is_the_same_again_and_tells_what_happened():

@@ -82,10 +82,8 @@ def distance_at(field: Field, x: float, y: float) -> float:
 @kernel
 def gap(field: Field, outline: Outline, x: float, y: float, yaw: float) -> float:
     """The least distance (m) of an Outline at a pose to what is blocked."""
-    far = field.reach - outline.radius
-    if distance_at(field, x, y) >= field.reach:
-        return far
-    return _least(field, outline, (0, len(outline.points)), (x, y, math.cos(yaw), math.sin(yaw)), far)
+    left, right = gaps_beside(field, outline, x, y, yaw)
+    return min(left, right)
 
 
 @kernel

@@ -24,6 +24,7 @@ EXPERT_TIME, EXPERT_CHANGED = 1.05, 0.05  # of free; share of the wish
 DOOR_RIDERS, DOOR_WAYS, DOOR_PASSED = ('tremor', 'late', 'four_directions'), ('gate', 'assisted'), 0.95
 WALL_M = 0.25, 0.35  # m from the wall, that 90 % of the way are to lie between
 DOCK_M = 0.05, 0.15  # m before a table or a bed, that the rests are to lie between
+DOCK_ASIDE_M = 0.15  # m; who stands no farther from before its middle came to it
 LINE = (
     '{:8} {:16} {:9} {completed:4}/{rides:<4} {collided:8} {contacts:8} {seconds:7.1f} {reversals_per_m:11.2f} '
     '{reversals_per_min:13.1f} {changed:8.3f} {stops:6.1f} {gap_min_m:6.3f}'
@@ -193,8 +194,12 @@ def _wall_summary(results):
 
 
 def _wall_verdict(figures):
-    low, high = figures['gap_p5_m'], figures['gap_p95_m']
-    return [] if WALL_M[0] <= low and high <= WALL_M[1] else [f'at {low:.2f} to {high:.2f} m, allowed {WALL_M}']
+    return _outside(figures['gap_p5_m'], figures['gap_p95_m'], WALL_M)
+
+
+def _outside(low, high, allowed):
+    """What is wrong with gaps from low to high (m)."""
+    return [] if allowed[0] <= low and high <= allowed[1] else [f'at {low:.2f} to {high:.2f} m, allowed {allowed}']
 
 
 def assisted_dock(_seeds: int, _folder: Path) -> Part:
@@ -203,8 +208,9 @@ def assisted_dock(_seeds: int, _folder: Path) -> Part:
     def case(number):
         made = dock_rides.dock(number)
         faults = [f'{made.contacts} contacts'] if made.contacts else []
+        faults += [] if made.aside <= DOCK_ASIDE_M else [f'was led {made.aside:.2f} m aside']
         faults += [] if made.out else ['did not come out again']
-        return {'gap': made.gap, 'faults': faults}
+        return {'gap': made.gap, 'docked': made.aside <= DOCK_ASIDE_M, 'faults': faults}
 
     return Part(
         {f'assisted_dock_{number}': lambda n=number: case(n) for number in range(dock_rides.RIDES)},
@@ -214,11 +220,13 @@ def assisted_dock(_seeds: int, _folder: Path) -> Part:
 
 
 def _dock_summary(results):
-    least, middle, most = np.percentile([found['gap'] for found in results], (0, 50, 100))
-    figures = {'rides': len(results), 'gap_min_m': float(least), 'gap_p50_m': float(middle), 'gap_max_m': float(most)}
-    return [f'at rest before a table or a bed at {least:.2f} to {most:.2f} m, median {middle:.2f} m'], figures
+    docked = [found['gap'] for found in results if found['docked']]
+    least, middle, most = np.percentile(docked, (0, 50, 100)) if docked else (np.nan,) * 3
+    figures = {'rides': len(results), 'docked': len(docked)}
+    figures |= {'gap_min_m': float(least), 'gap_p50_m': float(middle), 'gap_max_m': float(most)}
+    line = f'{len(docked)} of {len(results)} came to a table or a bed, to {least:.2f} to {most:.2f} m'
+    return [f'{line}, median {middle:.2f} m'], figures
 
 
 def _dock_verdict(figures):
-    low, high = figures['gap_min_m'], figures['gap_max_m']
-    return [] if DOCK_M[0] <= low and high <= DOCK_M[1] else [f'at {low:.2f} to {high:.2f} m, allowed {DOCK_M}']
+    return _outside(figures['gap_min_m'], figures['gap_max_m'], DOCK_M)

@@ -173,6 +173,11 @@ def steer(lockstep: Lockstep, person: Rider, joystick: Joystick, assisted: Assis
     return Reading(stick.left, wish, (made.v, made.w), made.correction and made.correction.name)
 
 
+def gap_along(lockstep: Lockstep, rows: np.ndarray) -> np.ndarray:
+    """The gap (m) between the body and what is nearest, every GAP_STEP_S of a Log's poses: (n, 4), n > 0."""
+    return gaps.along(lockstep.chair.drive.world, rows[:, 0], rows[:, 1:], chosen().size, GAP_STEP_S)
+
+
 class _Goals:
     """Checkpoints one after the other; `passed`: how many. The rider gives up who does not come nearer to the next."""
 
@@ -211,7 +216,7 @@ def _judged(names, course, lockstep, log, end):
         reversals_per_min=reversal_rate(left, STEP_S * STICK_STEPS),
         changed=_changed(readings),
         stops=_stops(speeds),
-        gap=float(gaps.along(lockstep.chair.drive.world, t, poses, chosen().size, GAP_STEP_S).min()),
+        gap=float(gap_along(lockstep, rows).min()),
         corrections=_shares([reading.correction for reading in readings]),
         contacts=tuple(contact.to_json() for contact in touched.contacts),
     )

@@ -8,10 +8,8 @@ from typing import NamedTuple
 import numpy as np
 
 from sara_bringup.lockstep.lockstep import Lockstep
-from sara_common.platforms import chosen
 from sara_lab.journeys.tight_places import block
-from sara_lab.judge import gaps
-from sara_lab.rides.ride import GAP_STEP_S, drive, prepare
+from sara_lab.rides.ride import drive, gap_along, prepare
 from sara_sim.riders.manoeuvres import Holder
 from sara_sim.riders.stick import Stick
 
@@ -39,6 +37,5 @@ def along(number: int) -> WallRide:
     log, touched, _ = drive(lockstep, person, (END,), prepare(lockstep, 'assisted'))
     rows = np.array(log.poses)
     rows = rows[(rows[:, 1] > FOLLOWED[0]) & (rows[:, 1] < FOLLOWED[1])]
-    world = lockstep.chair.drive.world
-    gap = gaps.along(world, rows[:, 0], rows[:, 1:], chosen().size, GAP_STEP_S) if len(rows) else np.empty(0)
+    gap = gap_along(lockstep, rows) if len(rows) else np.empty(0)
     return WallRide(np.asarray(gap), len(touched.contacts))
