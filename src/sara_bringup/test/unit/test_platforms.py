@@ -1,5 +1,6 @@
 """The robots there are, and what check_config says of a folder with a mistake in it."""
 
+import re
 import shutil
 
 import pytest
@@ -118,7 +119,7 @@ def test_curves_that_are_driven_slower_are_a_note_and_no_mistake(tmp_path, capsy
     broken(tmp_path, LINES, old, new)
     with pytest.raises(SystemExit):
         check_config.main([str(tmp_path / 'kate')])
-    notes = [line for line in capsys.readouterr().out.splitlines() if ': note: ' in line]
+    notes = [line for line in capsys.readouterr().out.splitlines() if ': note: profile' in line]
     assert any(words in note for note in notes) if words else not notes
 
 
@@ -127,7 +128,27 @@ def test_the_brisk_profile_of_sara_is_noted(capsys):
         check_config.main(['sara'])
     said = capsys.readouterr().out
     assert ended.value.code == 0 and 'sara: nothing to mend was found\nsara: note: profile brisk allows curves' in said
-    assert 'ask for 8.1 rad/s' in said and said.count('note: ') == 1
+    assert 'ask for 8.1 rad/s' in said and said.count('note: profile') == 1
+
+
+@pytest.mark.parametrize(
+    'yaw, gap',
+    [
+        ('12.0', 0.49),  # KATE's front cones, of 30 deg to each side, meet 0.16 / tan(30 - 12 deg) ahead
+        ('0.0', 0.36),  # 0.32 / (tan(30 deg) + tan(18 deg))
+    ],
+)
+def test_a_gap_between_the_cones_is_noted(tmp_path, capsys, yaw, gap):
+    broken(
+        tmp_path,
+        LINES,
+        'FL: &FL {x: 0.40,  y: 0.16,   yaw_deg: 12.0}',
+        f'FL: &FL {{x: 0.40,  y: 0.16,   yaw_deg: {yaw}}}',
+    )
+    with pytest.raises(SystemExit):
+        check_config.main([str(tmp_path / 'kate')])
+    said = re.findall(r'note: (ahead|astern), up to (\S+) m off, is a gap', capsys.readouterr().out)
+    assert {end: float(far) for end, far in said} == pytest.approx({'ahead': gap, 'astern': 0.49}, abs=0.02)
 
 
 @pytest.mark.parametrize('name', folders())

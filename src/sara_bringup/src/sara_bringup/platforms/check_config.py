@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterator
 
 from canserial.dbc.bus import BusDescription, BusError
 from canserial.reader.config import ReaderConfig
-from sara_bringup.platforms import bus_check, geometry_check, speed_check
+from sara_bringup.platforms import bus_check, geometry_check, hearing_check, speed_check
 from sara_common.config import ConfigError
 from sara_common.platforms import Platform, folders, load, parameters
 from sara_control.assist.help_profiles import HelpProfiles
@@ -83,7 +83,8 @@ def main(words: list[str] | None = None) -> None:
         try:
             platform = load(name)
             found = list(findings(platform))
-            notes = [f'note: {remark}' for remark in speed_check.remarks(platform)]
+            remarks = *speed_check.remarks(platform), *hearing_check.remarks(platform)
+            notes = [f'note: {remark}' for remark in remarks]
         except ConfigError as error:
             found = list(error.faults)
         bad = bad or bool(found)
