@@ -198,7 +198,7 @@ def test_an_obstacle_that_a_broken_sonar_invents_is_named_and_ends_the_goal_in_w
     assert 'something is close in front' in said
     while lockstep.result is None and lockstep.time < 150.0:
         lockstep.step()
-    assert lockstep.result.status == 'aborted' and 'ask_for_help/patience' in lockstep.result.text
+    assert lockstep.result.status == 'aborted' and 'Even after executing recovery behaviors' in lockstep.result.text
     assert lockstep.chair.contacts == 0
     lockstep.chair.faults.clear()
     run(lockstep, 2.0)  # it may have been backing out, and comes to rest gently

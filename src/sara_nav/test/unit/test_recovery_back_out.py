@@ -9,6 +9,9 @@ from hypothesis import strategies as st
 
 from sara_common.planar import Pose2D
 from sara_nav.costmaps.costmap import Costmap
+from sara_nav.costmaps.costmap_pair import CostmapPair
+from sara_nav.costmaps.layered_costmap import CostmapConfig, LayeredCostmap
+from sara_nav.costmaps.layers.base import Layer
 from sara_nav.goals.driven_path import Track
 from sara_nav.grids.collision import LocalWorld
 from sara_nav.grids.footprint import parse_footprint
@@ -41,10 +44,10 @@ class Robot:
                 self.track.keep(self.pose)
                 self.came.append(self.pose)
 
-    def back_out(self, config=BackOutConfig(), cycles=1200):
+    def back_out(self, config=BackOutConfig(), cycles=1200, costmaps=None):
         behaviour = BackOutRecovery('back_out', config)
         for number in range(cycles):
-            situation = Situation(self.t, DT, self.pose, self.pose, self.velocity, self.world, None, self.track)
+            situation = Situation(self.t, DT, self.pose, self.pose, self.velocity, self.world, costmaps, self.track)
             if number == 0:
                 behaviour.start(situation)
             step = behaviour.update(situation)
@@ -135,6 +138,37 @@ def test_something_right_behind_keeps_it_where_it_is_and_is_said():
     robot = Robot(world((1.0, -0.3, 1.42, 0.3)), [(0.4, 0.0, 5.0)])
     step = robot.back_out(BackOutConfig(ahead=0.0))
     assert robot.pose.distance(Pose2D(2.0, 0.0, 0.0)) < 0.02 and 'something stands behind' in step.text
+
+
+class Marks(Layer):
+    """What sensors saw; counts how often that is forgotten."""
+
+    class config_class:
+        enabled = True
+
+        def faults(self):
+            return []
+
+    cleared = 0
+
+    def clear(self, *_):
+        self.cleared += 1
+        return True
+
+
+@pytest.mark.parametrize(
+    'boxes, forget, cleared',
+    [
+        ([], True, True),
+        ([], False, False),
+        ([(1.0, -0.3, 1.42, 0.3)], True, False),  # right behind it: what is before it is heard no better from ahead
+    ],
+)
+def test_what_sensors_saw_is_forgotten_only_where_it_is_asked_for_and_after_going_back(boxes, forget, cleared):
+    robot, marks = Robot(world(*boxes), [(0.4, 0.0, 5.0)]), Marks('sonars')
+    costmap = LayeredCostmap(CostmapConfig(), [marks], FOOTPRINT)
+    step = robot.back_out(BackOutConfig(forget=forget), costmaps=CostmapPair(costmap, costmap))
+    assert bool(marks.cleared) == cleared == ('forgotten' in step.text)
 
 
 def test_without_a_track_it_goes_straight_back_if_that_is_free():

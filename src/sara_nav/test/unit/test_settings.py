@@ -46,10 +46,10 @@ def test_nobody_spins_who_carries_somebody():
     behaviours = settings.recoveries.make(settings.move_base)
     assert [(b.name, b.plugin_name.split('/')[1]) for b in behaviours] == [
         ('clear_far', 'ClearCostmapRecovery'),
-        ('clear_near', 'ClearCostmapRecovery'),
         ('back_out', 'BackOutRecovery'),
         ('back_out_again', 'BackOutRecovery'),
         ('ask_for_help', 'AskForHelp'),
+        ('back_out_and_forget', 'BackOutRecovery'),
     ]
     assert (
         settings.move_base.stuck_timeout > 0.0
@@ -57,8 +57,9 @@ def test_nobody_spins_who_carries_somebody():
         and settings.move_base.replan_when_blocked
     )
     machine = settings.make_move_base()
-    for behaviour in behaviours[:2]:
-        assert behaviour.layers(machine.local_costmap) == behaviour.layers(machine.global_costmap) == ['ultrasonic']
+    far = behaviours[0]
+    assert far.layers(machine.local_costmap) == far.layers(machine.global_costmap) == ['ultrasonic']
+    assert [b.config.forget for b in behaviours if hasattr(b.config, 'forget')] == [False, False, True]
 
 
 def test_no_parameters_give_the_peers_defaults():

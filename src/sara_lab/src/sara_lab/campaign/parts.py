@@ -11,6 +11,7 @@ from sara_lab.campaign.amcl import amcl
 from sara_lab.campaign.amcl_nees import amcl_nees
 from sara_lab.campaign.assisted import assisted, assisted_dock, assisted_doors, assisted_wall
 from sara_lab.campaign.assisted_bus import assisted_bus
+from sara_lab.campaign.blocked_doors import blocked_doors
 from sara_lab.campaign.calm import calm
 from sara_lab.campaign.chair import hazard_times, obstacle, odometry, sensors, square
 from sara_lab.campaign.compass import compass
@@ -42,6 +43,7 @@ PARTS = {
     'sensors': sensors,
     'squares': squares,
     'doors': doors,
+    'blocked_doors': blocked_doors,
     'tight': tight,
     'pillars': pillars,
     'travel': travel,

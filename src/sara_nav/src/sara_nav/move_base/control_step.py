@@ -132,7 +132,7 @@ class ControlStep:
             end = exhausted(goal, means, BY_CONTROL, why, cycle.pose)
         return end or standing(goal, means, command.text, cycle.plan)
 
-    def recover(self, goal: Goal, cycle: Cycle, means: Means) -> StepResult | End:
+    def recover(self, goal: Goal, cycle: Cycle, means: Means) -> StepResult:
         """One cycle of the behaviour whose turn it is; when it is through, planning has its turn."""
         begins = goal.recovery is None
         situation = self._situation(goal, cycle)
@@ -143,8 +143,6 @@ class ControlStep:
             goal.recovery.start(situation)
         step = goal.recovery.update(situation)
         announced = (goal.recovery_index, len(means.recoveries), goal.recovery.name) if begins else None
-        if step.give_up:
-            return End(ABORTED, 'Goal aborted: {}.'.format(step.give_up.rstrip('.')))
         if step.done:
             goal.recovered(cycle.t)
             self._costmaps.wake()  # what was cleared is to be clear before it is planned on

@@ -17,7 +17,14 @@ from sara_common.planar import wrap
 from sara_nav.grids.free_motions import arc
 from sara_nav.grids.grid import LETHAL, UNKNOWN
 from sara_nav.pursuit.smooth_speed import Caps, Motion, SpeedLimits, approach, next_speed
-from sara_nav.recovery.behaviours import RECOVERIES, Recovery, RecoveryStep, Situation
+from sara_nav.recovery.behaviours import (
+    RECOVERIES,
+    ClearCostmapConfig,
+    ClearCostmapRecovery,
+    Recovery,
+    RecoveryStep,
+    Situation,
+)
 
 LOOKAHEAD = 0.3
 """Distance (m) of the remembered pose that is aimed at."""
@@ -42,7 +49,8 @@ class BackOutConfig:
     to in place.
     room: m about the circle of its corners that must be free to turn about. clearance: m that stay free behind.
     held_timeout: s of standing, told to move, until it tries otherwise: straight back, then ``ahead`` (m) the other
-    way; 0: never that.
+    way; 0: never that. forget: whether it forgets what sensors marked once it has gone back at least half of
+    ``distance``, from where they hear what is before the robot.
     """
 
     distance: float = 0.6
@@ -56,6 +64,7 @@ class BackOutConfig:
     clearance: float = 0.05
     ahead: float = 0.3
     held_timeout: float = 3.0
+    forget: bool = False
 
     def faults(self) -> list[str]:
         """Return a list of sentences, one for each bad value."""
@@ -88,6 +97,7 @@ class BackOutRecovery(Recovery):
 
     def __init__(self, name: str, config: BackOutConfig | None = None) -> None:
         super().__init__(name, config)
+        self._forget = ClearCostmapRecovery(name, ClearCostmapConfig(reset_distance=0.0, force_updating=True))
         self._limits = SpeedLimits(self.config.acc_lim, self.config.acc_lim, self.config.jerk_lim)
         self._begin(None)
 
@@ -117,7 +127,9 @@ class BackOutRecovery(Recovery):
                 self._speed, self._acceleration, 0.0, c.acc_lim, c.jerk_lim, situation.dt
             )
             if self._speed < SLOWEST:
-                return RecoveryStep(text=f'{self.name}: went back {self._driven:.2f} m; {self._end}')
+                return RecoveryStep(
+                    text=f'{self.name}: went back {self._driven:.2f} m; {self._end}{self._forgot(situation)}'
+                )
         elif not turn:
             highest = min(c.speed, c.max_vel_theta / max(abs(curvature), 1e-6))
             now, end = Motion(self._speed, self._acceleration), Caps([left], [0.0])
@@ -130,6 +142,13 @@ class BackOutRecovery(Recovery):
             f'{self.name}: {MANNERS[self._manner]}, {self._driven:.2f} m of '
             f'{c.ahead if self._manner == AWAY else c.distance:.2f}',
         )
+
+    def _forgot(self, situation):
+        """Forget what sensors marked, where that is wanted; returns what is to be said of it."""
+        if not self.config.forget or self._manner == AWAY or self._driven < 0.5 * self.config.distance:
+            return ''
+        self._forget.update(situation)
+        return '; what sensors saw is forgotten'
 
     def _wanted(self, situation, here):
         """Return (rate of a turn in place rad/s or 0, curvature 1/m, way m that is left); sets ``_end`` where it is

@@ -72,14 +72,13 @@ class Situation:
 @dataclass(frozen=True)
 class RecoveryStep:
     """What to drive (v m/s, w rad/s), whether the behaviour is through, and what there is to say. help: what a person
-    is asked for, or ''. give_up: why the goal is to be aborted, or ''.
+    is asked for, or ''.
     """
 
     command: tuple = (0.0, 0.0)
     done: bool = True
     text: str = ''
     help: str = ''
-    give_up: str = ''
 
 
 @dataclass(frozen=True)

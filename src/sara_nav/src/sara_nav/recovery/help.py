@@ -1,9 +1,7 @@
 """Recovery by asking: the robot stands, says in one sentence what is wrong and what a person could do, and waits.
 
 Once a second it tries to plan. Where the way was blocked it goes on as soon as it is free. When its patience is over it
-tries once more where nothing it sees blocks the way (something else holds it: a safety gate, a curb), or where the way
-is free once it has forgotten what its
-sensors saw: they may not look there any more. A way that stays blocked ends the goal, in words.
+leaves the goal to the next behaviour, or to one more try.
 """
 
 from __future__ import annotations
@@ -18,19 +16,10 @@ from sara_common.planar import Pose2D
 from sara_nav.grids.collision import LocalWorld
 from sara_nav.grids.grid import LETHAL
 from sara_nav.planners.planning import PlanError, distances_along
-from sara_nav.recovery.behaviours import (
-    RECOVERIES,
-    ClearCostmapConfig,
-    ClearCostmapRecovery,
-    Recovery,
-    RecoveryStep,
-    Situation,
-)
+from sara_nav.recovery.behaviours import RECOVERIES, Recovery, RecoveryStep, Situation
 
 PERIOD = 1.0
 """Seconds between two tries to plan."""
-BY_ASKING = 'help was asked for during'
-"""How its last words begin where the way stays blocked."""
 SIDES = (
     'ahead',
     'ahead on the left',
@@ -69,7 +58,6 @@ class AskForHelp(Recovery):
         self._began = self._tried = -math.inf
         self._was_blocked = False
         self._sentence = ''
-        self._forget = ClearCostmapRecovery(name, ClearCostmapConfig(reset_distance=0.0, force_updating=True))
 
     def start(self, situation: Situation) -> None:
         """Begin."""
@@ -94,12 +82,7 @@ class AskForHelp(Recovery):
             if self._way(situation) is not None:
                 return RecoveryStep(text=f'{self.name}: the way is free')
         if waited >= self.config.patience:
-            if self._was_blocked:
-                self._forget.update(situation)
-            if self._way(situation) is None:
-                why = f'{BY_ASKING} {waited:.0f} s ({self.name}/patience), but the way stayed blocked: {situation.why}'
-                return RecoveryStep(text=why, give_up=why)
-            return RecoveryStep(text=f'{self.name}: trying once more')
+            return RecoveryStep(text=f'{self.name}: nobody helped for {waited:.0f} s (patience)')
         return RecoveryStep(
             done=False,
             text=f'{self._sentence} ({self.name}: waiting {self.config.patience:.0f} s)',

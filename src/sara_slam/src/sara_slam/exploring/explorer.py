@@ -18,7 +18,6 @@ from sara_control.gate import reasons
 from sara_nav.costmaps.costmap import Costmap
 from sara_nav.goals.goal import BY_CONTROL, BY_OSCILLATION, BY_PLANNING, BY_STUCK
 from sara_nav.grids.grid import INSCRIBED
-from sara_nav.recovery.help import BY_ASKING
 from sara_slam.exploring.choice import ByFrontiers, Choice, Chooser, Planner
 from sara_slam.exploring.explore_config import ExploreConfig
 from sara_slam.exploring.frontiers import Frontier, frontiers
@@ -26,7 +25,6 @@ from sara_slam.exploring.frontiers import Frontier, frontiers
 ABORTED = 'Goal aborted: '
 OF_THE_GOAL = tuple(text.split('.')[0] for text in (BY_PLANNING, BY_CONTROL, BY_OSCILLATION, BY_STUCK)) + (
     'Goal refused',
-    f'{ABORTED}{BY_ASKING}',
     f'{ABORTED}{reasons.sentence(reasons.State.BLOCKED, reasons.Reason.CROWD)}',
 )
 """How move_base's words begin where a goal cannot be reached; by any other, something is wrong with the robot."""
