@@ -80,7 +80,6 @@ def test_what_shared_control_says_is_understood_back():
         ('Failed to find a valid control. Even after executing recovery behaviors. Something.', 'why.no_command'),
         ('Robot is oscillating. Even after executing recovery behaviors. It moved less.', 'why.oscillation'),
         ('Robot is held. Even after executing recovery behaviors. It is told to move.', 'why.blocked'),
-        ('Goal aborted: help was asked for during 30 s (x/patience), but the way stayed blocked: y.', 'why.blocked'),
         ('Goal aborted: there is no pose of the robot newer than 0.50 s (transform_tolerance).', 'why.no_pose'),
         ('Goal aborted: the robot is probably lost (0.90 on x), for lost_patience (30.0 s).', 'why.unsure'),
         ("Goal aborted: Sensor data is out of date, we're not going (controller_patience).", 'why.old_data'),

@@ -30,7 +30,7 @@ _WHYS = (
     (r'off the map', 'why.off_map'),
     (r'keep-out', 'why.keep_out'),
     (r'would overlap', 'why.occupied'),
-    (r'the way stayed blocked|Robot is held|has stood for', 'why.blocked'),
+    (r'Robot is held|has stood for', 'why.blocked'),
     (r'oscillat', 'why.oscillation'),
     (r'valid plan|no plan', 'why.no_plan'),
     (r'valid control|No safe command|all of the .*patience', 'why.no_command'),
