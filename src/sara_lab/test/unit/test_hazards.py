@@ -196,7 +196,7 @@ def test_an_obstacle_that_a_broken_sonar_invents_is_named_and_ends_the_goal_in_w
         lockstep.step()
         said.add(lockstep.wheels.decision.reason and lockstep.wheels.decision.reason.value)
     assert 'something is close in front' in said
-    while lockstep.result is None and lockstep.time < 300.0:
+    while lockstep.result is None and lockstep.time < 200.0:
         lockstep.step()
     assert lockstep.result.status == 'aborted' and 'Even after executing recovery behaviors' in lockstep.result.text
     assert lockstep.chair.contacts == 0

@@ -6,6 +6,7 @@ import numpy as np
 
 from sara_lab.campaign.travels import _pillars_summary, _pillars_verdict
 from sara_lab.journeys import pillars
+from sara_lab.journeys.travel import POSES
 from sara_nav.maps import map_io
 
 
@@ -26,11 +27,11 @@ def test_more_false_stops_than_are_allowed_are_named():
     judgement = {'seconds': 300.0, 'length': 60.0, 'discomfort': 120.0, 'gap_min': 0.1, 'meetings': {'false_stops': 1}}
     results = [
         {'mode': mode, 'reached': 4, 'contacts': [], 'recoveries': 0, 'judgement': judgement}
-        for mode in pillars.MODES
+        for mode in POSES
         for _ in range(2)
     ]
     _, figures = _pillars_summary(results)
     assert figures['true']['false_stops_in_10_min'] == 2.0 and figures['true']['speed'] == 0.2
-    assert len(_pillars_verdict(figures)) == len(pillars.MODES)
+    assert len(_pillars_verdict(figures)) == len(POSES)
     judgement['meetings']['false_stops'] = 0
     assert _pillars_verdict(_pillars_summary(results)[1]) == []

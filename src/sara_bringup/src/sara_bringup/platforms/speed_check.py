@@ -5,9 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from canserial.dbc.bus import BusDescription, BusError
-from sara_common.config import ConfigError
-from sara_common.platforms import Platform, parameters
-from sara_control.gate.gate_config import SafetyConfig
+from sara_bringup.platforms.gate_settings import safety_of
+from sara_common.platforms import Platform
 
 SLACK = 0.97  # of a limit that is rounded
 TWICE = 1.03  # of both factors for slip in turns: more than what a calibration is off
@@ -57,10 +56,11 @@ def remarks(platform: Platform) -> Iterator[str]:
 
 def _known(platform):
     """The gate's SafetyConfig, rad/s and rad/s2 of the wheels; None where one of them cannot be read."""
+    safety = safety_of(platform)
     try:
-        safety = SafetyConfig.from_params(parameters('sara_control', 'safety.yaml', platform))
-        return safety, *(float(platform.motor_node[name]) for name in ('max_wheel_speed', 'wheel_acceleration'))
-    except (ConfigError, KeyError, TypeError, ValueError):
+        wheels = (float(platform.motor_node[name]) for name in ('max_wheel_speed', 'wheel_acceleration'))
+        return None if safety is None else (safety, *wheels)
+    except (KeyError, TypeError, ValueError):
         return None
 
 

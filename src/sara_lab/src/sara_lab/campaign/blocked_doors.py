@@ -8,7 +8,8 @@ import numpy as np
 
 from sara_lab.campaign.part import Part, lines_of
 from sara_lab.experiments.gains import gain_of
-from sara_lab.journeys.blocked_doors import FATES, MODES, attempt
+from sara_lab.journeys.blocked_doors import FATES, attempt
+from sara_lab.journeys.travel import POSES
 
 
 def blocked_doors(seeds: int, folder: Path) -> Part:
@@ -17,13 +18,13 @@ def blocked_doors(seeds: int, folder: Path) -> Part:
     def case(mode, fate, number):
         return attempt(mode, fate, number, gain_of(number, folder) if mode == 'fused' else None).to_json()
 
-    cases = itertools.product(MODES, FATES, range(seeds))
+    cases = itertools.product(POSES, FATES, range(seeds))
     return Part({f'blocked_doors_{"_".join(map(str, of))}': functools.partial(case, *of) for of in cases}, _summary)
 
 
 def _summary(results):
     figures = {}
-    for mode in MODES:
+    for mode in POSES:
         for fate in FATES:
             of = [result for result in results if (result['mode'], result['fate']) == (mode, fate)]
             figures[f'{mode}_{fate}'] = {

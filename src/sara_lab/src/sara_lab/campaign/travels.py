@@ -65,7 +65,7 @@ def tight(_seeds: int, folder: Path) -> Part:
     return Part(
         {
             f'tight_{name}_{mode}_{number}': lambda name=name, mode=mode, number=number: case(name, mode, number)
-            for mode in tight_places.MODES
+            for mode in travels.POSES
             for name in tight_places.places()
             for number in range(tight_places.CHAIRS)
         },
@@ -100,7 +100,7 @@ def pillars(_seeds: int, folder: Path) -> Part:
     return Part(
         {
             f'pillars_{mode}_{number}': lambda mode=mode, number=number: case(mode, number)
-            for mode in pillar_worlds.MODES
+            for mode in travels.POSES
             for number in range(pillar_worlds.WORLDS)
         },
         _pillars_summary,
@@ -110,7 +110,7 @@ def pillars(_seeds: int, folder: Path) -> Part:
 
 def _pillars_summary(results):
     figures = {}
-    for mode in pillar_worlds.MODES:
+    for mode in travels.POSES:
         of = [result for result in results if result['mode'] == mode]
         found = [result['judgement'] for result in of]
         seconds, length = (sum(judgement[key] for judgement in found) for key in ('seconds', 'length'))

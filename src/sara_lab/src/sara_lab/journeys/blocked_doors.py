@@ -12,11 +12,11 @@ import numpy as np
 from sara_bringup.lockstep.lockstep import Lockstep
 from sara_bringup.paths import share
 from sara_lab.journeys.judged import Judged
-from sara_lab.journeys.travel import Recorder, reach
+from sara_lab.journeys.travel import Recorder, localization_of, reach
 from sara_lab.judge.judge import judge
 from sara_sim.world.obstacles import Obstacle
 
-MODES, FATES = ('true', 'fused'), ('stays', 'taken_away')
+FATES = ('stays', 'taken_away')
 DOOR, GOAL = (3.0, 5.8), (3.0, 7.4, 0.5 * math.pi)  # of the flat, whose room up there has one door, of 0.80 m
 HELP_S = 10.0  # after the chair has asked for help the box is taken away
 PATIENCE_S = 400.0
@@ -41,7 +41,7 @@ class Attempt(Judged):
     @property
     def faults(self) -> list[str]:
         """What does not hold, one sentence each."""
-        found = [f'contact: {contact}' for contact in self.contacts]
+        found = self.contact_faults
         if self.late:
             found.append('the goal does not end')
         elif self.fate == 'taken_away' and not self.reached and not found:
@@ -59,12 +59,12 @@ def placed(number: int) -> tuple[Obstacle, tuple[float, float, float]]:
 
 
 def attempt(mode: str, fate: str, number: int, gain: float | None = None) -> Attempt:
-    """Drive to the goal behind the box on chair `number`. `mode` of MODES, `fate` of FATES: the box's. `gain`: of that
-    chair's gyro (fused). Returns the Attempt.
+    """Drive to the goal behind the box on chair `number`. `mode` of travel.POSES, `fate` of FATES: the box's. `gain`:
+    of that chair's gyro (fused). Returns the Attempt.
     """
     box, start = placed(number)
-    localization = 'ekf' if mode == 'fused' else 'fake'
-    lockstep = Lockstep(share() / 'maps' / 'flat.yaml', start, number, gain=gain, localization=localization)
+    flat = share() / 'maps' / 'flat.yaml'
+    lockstep = Lockstep(flat, start, number, gain=gain, localization=localization_of(mode))
     lockstep.chair.world.obstacles.add(box)
     asked = []
 

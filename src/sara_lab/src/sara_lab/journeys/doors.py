@@ -38,9 +38,7 @@ class Crossing(Judged):
     @property
     def faults(self) -> list[str]:
         """What does not hold, one sentence each."""
-        return ([] if self.reached else [f'not reached: {self.text}']) + [
-            f'contact: {contact}' for contact in self.contacts
-        ]
+        return ([] if self.reached else [f'not reached: {self.text}']) + self.contact_faults
 
 
 def approach(number: int) -> tuple[tuple[float, float, float], tuple[float, float, float]]:

@@ -11,6 +11,11 @@ class Judged:
     or None; `faults`, sentences.
     """
 
+    @property
+    def contact_faults(self) -> list[str]:
+        """A sentence for each contact."""
+        return [f'contact: {contact}' for contact in self.contacts]
+
     def to_json(self) -> dict[str, Any]:
         """All as plain data."""
         return {

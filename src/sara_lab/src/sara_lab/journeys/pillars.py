@@ -16,7 +16,7 @@ import numpy as np
 from sara_bringup.lockstep.lockstep import Lockstep
 from sara_common.platforms import chosen
 from sara_lab.journeys.judged import Judged
-from sara_lab.journeys.travel import PATIENCE_S, Recorder, reach
+from sara_lab.journeys.travel import PATIENCE_S, Recorder, localization_of, reach
 from sara_lab.judge.body_space import BodySpace
 from sara_lab.judge.judge import judge
 from sara_nav.grids.grid import GridGeometry
@@ -29,7 +29,6 @@ GAP = 0.3  # m more than the body is wide, between two pillars at least
 ROOM, EDGE, CELL, WALL = (12.0, 9.0), 0.5, 0.025, 10  # m; m without pillars at the walls; m; cells of wall
 MARGIN = 0.10  # m about the body at start and goal, and on a way between
 OFF_WALL, FAR = 0.8, 4.0  # m from a wall, and from the goal before, at least
-MODES = ('true', 'fused')
 
 
 @dataclass(frozen=True)
@@ -47,7 +46,7 @@ class Drive(Judged):
     @property
     def faults(self) -> list[str]:
         """What must not be, one sentence each."""
-        return [f'contact: {contact}' for contact in self.contacts]
+        return self.contact_faults
 
 
 @cache
@@ -105,10 +104,10 @@ def _pose(space, random):
 def drive(number: int, mode: str, gain: float | None = None, navigation: dict | None = None) -> Drive:
     """Drive to the goals of a world one after the other, on the chair of that number. Returns the Drive.
 
-    `mode` of MODES. `gain`: of that chair's gyro (fused). `navigation`: a tree laid over sara_nav.yaml.
+    `mode` of travel.POSES. `gain`: of that chair's gyro (fused). `navigation`: a tree laid over sara_nav.yaml.
     """
     grid, poses = world(number)
-    localization = 'ekf' if mode == 'fused' else 'fake'
+    localization = localization_of(mode)
     lockstep = Lockstep(grid, poses[0], number, gain=gain, localization=localization, navigation=navigation)
     recorder = Recorder(lockstep)
     lockstep.start_up()

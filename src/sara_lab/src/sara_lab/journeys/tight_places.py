@@ -19,7 +19,7 @@ from sara_bringup.lockstep.lockstep import Lockstep
 from sara_common.planar import Pose2D, wrap
 from sara_common.platforms import chosen
 from sara_lab.journeys.judged import Judged
-from sara_lab.journeys.travel import POSITION_M, YAW_DEG, Recorder, reach
+from sara_lab.journeys.travel import POSITION_M, YAW_DEG, Recorder, localization_of, reach
 from sara_lab.judge.body_space import BodySpace
 from sara_lab.judge.judge import judge
 from sara_nav.grids.grid import GridGeometry
@@ -32,7 +32,6 @@ BENDS = CORRIDORS[1:]  # round one of 0.95 m the body does not fit
 CHAIRS = 10
 SIDEWAYS_M, OFF_RAD = 0.04, 0.08  # a start in a corridor is off its middle by so much at most
 PATIENCE_S = 180.0  # for either goal
-MODES = ('true', 'fused')
 
 Rectangle = tuple[float, float, float, float]
 """x0, y0, x1, y1, m."""
@@ -81,7 +80,7 @@ class Visit(Judged):
     @property
     def faults(self) -> list[str]:
         """What does not hold, one sentence each."""
-        found = [f'contact: {contact}' for contact in self.contacts]
+        found = self.contact_faults
         if not self.came_out:
             found.append(f'{"came not out" if self.went_in else "went not in"}: {self.texts[-1]}')
         return found
@@ -142,14 +141,14 @@ def visit(name: str, mode: str, number: int, gain: float | None = None, navigati
     """Go into a place and out again on chair `number`, which draws the heading at the start, mirrored for odd numbers.
     Returns the Visit.
 
-    `mode` of MODES. `gain`: of that chair's gyro (fused). `navigation`: a tree laid over sara_nav.yaml.
+    `mode` of travel.POSES. `gain`: of that chair's gyro (fused). `navigation`: a tree laid over sara_nav.yaml.
     """
     place = places()[name].mirrored() if number % 2 else places()[name]
     random = np.random.default_rng([number, sum(name.encode())])
     off = random.uniform(-1.0, 1.0, 2)
     x, y, yaw = place.start
     begin = x, y + SIDEWAYS_M * float(off[0]), wrap(yaw + float(off[1]) * (math.pi if place.roomy else OFF_RAD))
-    localization = 'ekf' if mode == 'fused' else 'fake'
+    localization = localization_of(mode)
     lockstep = Lockstep(place.grid, begin, number, gain=gain, localization=localization, navigation=navigation)
     recorder, goals = Recorder(lockstep), []
     lockstep.start_up()

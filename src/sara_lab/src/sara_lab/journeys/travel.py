@@ -34,7 +34,8 @@ from sara_sim.world.world import World
 WALKERS = ('people', 'expected')  # who stop for nobody
 AMONG_PEOPLE = ('pedestrians', *WALKERS)
 FUSED = ('fused', 'pedestrians')
-MODES = ('true', 'fused', 'boxes', *AMONG_PEOPLE)
+POSES = ('true', 'fused')
+MODES = (*POSES, 'boxes', *AMONG_PEOPLE)
 PACE, PATIENCE_S = 0.10, 120.0  # a journey may take its way at so many m/s, and so long besides;
 SLOW_PACE, MUCH_PATIENCE_S = (
     0.015,
@@ -162,6 +163,11 @@ def reach(recorder: Recorder, pose: tuple[float, float, float], seconds: float) 
     return Goal(tuple(pose), given, ended, end.status == SUCCEEDED, end.text, lockstep.time), late
 
 
+def localization_of(mode: str) -> str:
+    """Lockstep's `localization` in one of the MODES."""
+    return 'ekf' if mode in FUSED else 'fake'
+
+
 def drive(
     name: str,
     mode: str,
@@ -184,7 +190,7 @@ def drive(
         pair.start,
         number,
         gain=gain,
-        localization='ekf' if mode in FUSED else 'fake',
+        localization=localization_of(mode),
         navigation=navigation,
         scan=scan,
         known=known,

@@ -75,7 +75,7 @@ class Outcome(Judged):
     def faults(self) -> list[str]:
         """What must not be: SARA's default touches nothing. What the others touch are figures."""
         mine = self.planner in (OURS, DELIVERED)
-        return [f'contact: {contact}' for contact in self.contacts] if mine else []
+        return self.contact_faults if mine else []
 
     def to_json(self) -> dict:
         """All as plain data."""
