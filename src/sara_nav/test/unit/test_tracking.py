@@ -163,7 +163,7 @@ def test_errors_die_out_in_path_length_at_every_speed(offset, heading, off_curva
 def test_the_pose_at_which_a_command_acts_is_foretold_on_a_base_that_slips_and_answers_late(
     slip, latency, delay, period
 ):
-    prediction, pose, told, ahead, t, worst = Prediction(latency), Pose2D(0.0, 0.0, 0.0), [], [], 0.0, 0.0
+    prediction, pose, told, ahead, t, worst = Prediction(latency, latency), Pose2D(0.0, 0.0, 0.0), [], [], 0.0, 0.0
     late = round(latency / 0.01)
     seen = [(0.0, pose, (0.0, 0.0))]
     truth = {}
@@ -189,7 +189,7 @@ def test_the_pose_at_which_a_command_acts_is_foretold_on_a_base_that_slips_and_a
 
 
 def test_a_base_that_is_held_is_not_foretold_to_move_and_teaches_nothing():
-    prediction, pose = Prediction(0.17), Pose2D(1.0, 1.0, 0.0)
+    prediction, pose = Prediction(0.17, 0.17), Pose2D(1.0, 1.0, 0.0)
     for i in range(100):
         guess = prediction.ahead(0.05 * i, pose, 0.0, 0.0, 0.05)
         prediction.commanded(0.05 * i, 0.2, 0.3)
@@ -201,7 +201,7 @@ def test_a_base_that_is_held_is_not_foretold_to_move_and_teaches_nothing():
 
 @pytest.mark.parametrize('sense', [1.0, -1.0])
 def test_prediction_knows_how_fast_the_base_drives_that_is_slowed(sense):
-    prediction, pose = Prediction(0.17), Pose2D(1.0, 1.0, 0.0)
+    prediction, pose = Prediction(0.17, 0.17), Pose2D(1.0, 1.0, 0.0)
     for i in range(60):
         prediction.ahead(0.05 * i, pose, 0.0, sense * 0.06, 0.05)
         prediction.commanded(0.05 * i, sense * 0.35, 0.0)

@@ -1,10 +1,11 @@
 """Where the robot will be when a command given now takes effect: the pose that is known moved on by what was commanded
 since.
 
-A pose is old when it comes, and the drive answers late. A command is taken to act ``latency`` seconds after it was
-given (dead time and lags together), so from a pose of time tp until then the robot drives what was commanded from tp -
-latency to now (Smith, Closer control of loops with dead time, 1957). What it drives differs: it may turn less than it
-is told to, which is learned from the poses, and something behind may slow it, which shows in the speed measured.
+A pose is old when it comes, and the drive answers late. A speed is taken to act ``latency`` seconds after it was
+commanded (dead time and lags together), a turn rate ``turn_latency`` seconds, so from a pose of time tp until then the
+robot drives what was commanded from tp - latency to now (Smith, Closer control of loops with dead time, 1957). What it
+drives differs: it may turn less than it is told to, which is learned from the poses, and something behind may slow it,
+which shows in the speed measured.
 """
 
 import math
@@ -25,10 +26,10 @@ FARTHEST_OFF = 0.5
 
 
 class Prediction:
-    """latency: s. ``turn_gain``: turn rate driven over commanded, 1 until turns have been seen."""
+    """latency, turn_latency: s. ``turn_gain``: turn rate driven over commanded, 1 until turns have been seen."""
 
-    def __init__(self, latency: float):
-        self.latency = latency
+    def __init__(self, latency: float, turn_latency: float):
+        self.latency, self.turn_latency = latency, turn_latency
         self.turn_gain = 1.0
         self._commands = deque([(-math.inf, 0.0, 0.0)])
         self._seen = self._told = 0.005  # (rad)^2: what is believed before anything was seen
@@ -49,8 +50,9 @@ class Prediction:
         return min(abs(v), max(math.copysign(1.0, v) * (v + self._off_v), 0.0))
 
     def ahead(self, t: float, pose: Pose2D, age: float, speed: float, dt: float) -> Pose2D:
-        """Return the Pose2D at t + latency, of a pose that was measured ``age`` s before t with this speed (m/s); dt:
-        since the last call.
+        """Return the Pose2D where a command given at t takes effect, of a pose that was measured ``age`` s before t
+        with this speed (m/s); dt: since the last call. That is when a speed does while one is commanded, else when a
+        turn rate does.
         """
         measured = t - age
         self._learn(measured, pose.yaw)
@@ -58,9 +60,24 @@ class Prediction:
         self._off_v += min(dt / SETTLING, 1.0) * (speed - began[0] - self._off_v)
         self._off_v = min(max(self._off_v, -FARTHEST_OFF), FARTHEST_OFF)
         x, y, yaw = pose.x, pose.y, pose.yaw
-        for start, end, v, w in self._between(measured - self.latency, t):
-            x, y, yaw = advanced(x, y, yaw, v + self._off_v, self.turn_gain * w + self._off_w, end - start)
+        end = t + (self.latency if self._commands[-1][1] else self.turn_latency)
+        for elapsed, v, w in self._driven(measured, end):
+            x, y, yaw = advanced(x, y, yaw, v + self._off_v, self.turn_gain * w + self._off_w, elapsed)
         return Pose2D(x, y, yaw)
+
+    def _driven(self, start, end):
+        """Return [(s, v, w)]: what is driven from one time to another, speeds and turn rates each after their latency."""
+        speeds, turns = self._between(start - self.latency, end - self.latency), self._between(
+            start - self.turn_latency, end - self.turn_latency
+        )
+        found, i, j = [], 0, 0
+        while i < len(speeds) and j < len(turns):
+            until = min(speeds[i][1] + self.latency, turns[j][1] + self.turn_latency)
+            found.append((until - start, speeds[i][2], turns[j][3]))
+            start = until
+            i += speeds[i][1] + self.latency <= until
+            j += turns[j][1] + self.turn_latency <= until
+        return found
 
     def _at(self, t):
         """Return the command (v, w) in force at t."""
@@ -90,7 +107,8 @@ class Prediction:
                 self._pose = last if t == last[0] else (t, yaw)
             return
         elapsed, turned = t - last[0], wrap(yaw - last[1])
-        told = sum(w * (high - low) for low, high, _, w in self._between(last[0] - self.latency, t - self.latency))
+        late = self.turn_latency
+        told = sum(w * (high - low) for low, high, _, w in self._between(last[0] - late, t - late))
         self._off_w += min(elapsed / SETTLING, 1.0) * ((turned - self.turn_gain * told) / elapsed - self._off_w)
         self._off_w = min(max(self._off_w, -FARTHEST_OFF), FARTHEST_OFF)
         if abs(told) > 0.05 * elapsed and LEAST < turned / told < MOST:

@@ -33,7 +33,7 @@ from sara_nav.pursuit.turning_in_place import TurningInPlace
 
 SETTING_OUT = 0.05
 """Below this speed (m/s) the curvature is chosen freely: turn rates are small."""
-ENDED = 0.01
+ENDED = 0.02
 """The end of a leg is reached this way (m) before it."""
 NEARLY_EXACT = 0.25
 """Share of path_deviation by which a path is smoothed where there is no room for more."""
@@ -51,14 +51,14 @@ class RotateThenPursue:
         self._last_t = -math.inf
         self._words = Words()
         self._command = SmoothCommand(config, self._words)
-        self._prediction = Prediction(config.drive_latency)
+        self._prediction = Prediction(config.drive_latency, config.turn_latency)
         self.reconfigure(config)
 
     def reconfigure(self, config: RotateThenPursueConfig) -> None:
         """Go on with another configuration; what was learned of the base stays."""
         self.config = self._command.config = config
         self._command.acceleration = 0.0
-        self._prediction.latency = config.drive_latency
+        self._prediction.latency, self._prediction.turn_latency = config.drive_latency, config.turn_latency
         self._law = TrackingLaw(config.tracking_length, config.tracking_time)
         self._speed = SpeedPlan(config)
         self._turning = TurningInPlace(config, self._words)
@@ -102,9 +102,10 @@ class RotateThenPursue:
         command = self._drive(Cycle(t, dt, pose, now, velocity, last, gain, still, driven, world))
         if command.state != DRIVING:
             self._rest()
+        sent = self._command.sent(command, dt) if command.state == DRIVING else command
         self._command.last, self._last_t = (command.v, command.w), t
         self._prediction.commanded(t, command.v, command.w)
-        return command
+        return sent
 
     # -- inside ------------------------------------------------------------------------------------------------
 

@@ -39,6 +39,9 @@ class RotateThenPursueConfig:
     ahead_dec: float = 0.8
     ahead_stop_distance: float = 0.15
     drive_latency: float = 0.17
+    turn_latency: float = 0.17
+    smoother_jerk_x: float = 0.0
+    smoother_jerk_theta: float = 0.0
     trans_stopped_vel: float = 0.02
     theta_stopped_vel: float = 0.03
     settle_time: float = 0.25
@@ -58,6 +61,9 @@ def _limit(name):
         return -10.0, -0.02
     if name in (
         'drive_latency',
+        'turn_latency',
+        'smoother_jerk_x',
+        'smoother_jerk_theta',
         'settle_time',
         'path_deviation',
         'ahead_reaction_time',

@@ -1,4 +1,4 @@
-"""The command given last, and how it may go on: within acceleration and jerk."""
+"""The command given last, how it may go on within acceleration and jerk, and what is sent for it."""
 
 import math
 
@@ -13,6 +13,19 @@ SLOWEST, SLOWEST_TURN = 0.03, 0.005
 """Braking ends at a speed (m/s) and a turn rate (rad/s) below these."""
 HARDER = (1.0, 0.5, 0.2)
 """Shares of a gentle stop's speed that are tried where something stands in its way."""
+
+
+def ahead_of_smoother(now: float, last: float, dt: float, jerk: float, highest: float) -> float:
+    """Return what to send (m/s or rad/s) so that a limiter of jerk behind drives ``now``, dt (s) after ``last``.
+
+    While its speed grows by a, such a limiter stays a^2 / (2 jerk) behind what it is told, to be able to end the
+    acceleration there (sara_control's comfort.py). jerk: its limit, 0: there is none. highest: sent at most.
+    """
+    more = abs(now) - abs(last)
+    if jerk == 0.0 or dt <= 0.0 or more <= 0.0 or now * last < 0.0:
+        return now
+    grows = more / dt
+    return math.copysign(max(min(abs(now) + grows * grows / (2.0 * jerk), highest), abs(now)), now)
 
 
 class SmoothCommand:
@@ -56,6 +69,18 @@ class SmoothCommand:
             if ways.stop_is_free(cycle.now, share * v, share * w, c.dec_lim_x, c.acc_lim_theta)
         )
         return next(free, 0.0)
+
+    def sent(self, command: LocalCommand, dt: float) -> LocalCommand:
+        """Return the LocalCommand to send for one that follows ``last`` after dt (s): where it speeds up, or begins to
+        turn in place, as far ahead of it as what smooths commands behind stays behind.
+        """
+        c, (v0, w0) = self.config, self.last
+        v, w, jerk = command.v, command.w, c.smoother_jerk_x
+        if v:
+            return command._replace(v=ahead_of_smoother(v, v0, dt, jerk, c.max_vel_x if v > 0.0 else -c.min_vel_x))
+        if v0:
+            return command
+        return command._replace(w=ahead_of_smoother(w, w0, dt, c.smoother_jerk_theta, c.max_vel_theta))
 
     def turn_rate(self, wanted: float, dt: float) -> float:
         """Return the turn rate (rad/s) nearest to the one wanted that acceleration and jerk allow."""
