@@ -191,7 +191,11 @@ class SafetyGate:
         cautious = zones.caution_factor(v, w)
         if cautious < factor:
             factor, near = cautious, ''
-        comfort.step(v * factor, w * factor, dt, together=_recent(t, self._scaled_at, LET_GO))
+        if factor == 0.0 and zones.scale(comfort.v, comfort.w)[0] == 0.0:
+            # It creeps, for the hard brake is not at work. To end that within the jerk limit takes 3 cm of the gap left.
+            comfort.brake(dt, comfort.profile.braking, comfort.profile.turn_acceleration)
+        else:
+            comfort.step(v * factor, w * factor, dt, together=_recent(t, self._scaled_at, LET_GO))
         waits = factor < 1.0 and zones.pedestrian_moving
         if late:
             return self._decision(State.FADING, Reason.COMMANDS, False)
