@@ -527,6 +527,23 @@ def test_hard_when_there_is_none_until_gently_would_do():
     assert bench.step(200).v == pytest.approx(gentle, abs=1e-6)
 
 
+def test_who_creeps_up_to_an_obstacle_stops_within_a_centimetre():
+    bench = Bench().driving(0.1)
+    see(bench, 'F', 0.12)
+    speeds = [0.1]
+    while speeds[-1] > 0.0:
+        speeds.append(bench.step().v)
+        assert (bench.decision.state, bench.decision.reason) == (State.BLOCKED, Reason.FRONT)
+        assert speeds[-1] >= speeds[-2] - 0.8 * DT - 1e-12
+    assert sum(speeds) * DT < 0.01
+
+
+def test_a_command_into_an_obstacle_ends_another_motion_within_the_jerk_limit():
+    bench = Bench().driving(0.4)
+    see(bench, 'B', 0.12)
+    assert bench.ask(-0.2).step().v >= 0.4 - 0.8 * DT * DT - 1e-12
+
+
 def test_what_is_in_the_way_of_the_present_motion_counts_though_another_is_asked():
     bench = Bench().driving(0.4)
     see(bench, 'F', 0.3)
