@@ -66,6 +66,8 @@ def broken(tmp_path, file, old, new):
         (LINES, '  dbc: kate                       #',
          '  dbc: kiti                       #', "the bus: bus description is 'kiti'"),
         (LINES, '  dbc: kate\n', '  dbc: sara\n', 'diff_drive_controller/dbc is sara, read/dbc kate'),
+        (LINES, 'smoother_jerk_theta: 2.6', 'smoother_jerk_theta: 4.0',
+         'RotateThenPursue/smoother_jerk_theta is 4, the safety gate limits jerk to 2.59 (profile standard)'),
         ('kate.dbc', 'BO_ 562 RANGES_2', 'BO_ 561 RANGES_2', '0x231 is RANGES_1 and RANGES_2'),
         ('kate.dbc', 'BO_ 576 BATTERY', 'BO_ 576 BATTERIE', 'has no message BATTERY'),
         ('kate.dbc', ' SG_ ML : 16|16@1+ (0.01,0) [0|0] "m" PC\n', '', 'leaves out ML'),

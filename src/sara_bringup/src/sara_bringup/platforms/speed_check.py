@@ -1,4 +1,6 @@
-"""What contradicts what in a robot's speeds: wheels against profiles, limits against what the wheels can do, slip."""
+"""What contradicts what in a robot's speeds: wheels against profiles, limits against what the wheels can do, slip,
+move_base against the safety gate.
+"""
 
 from __future__ import annotations
 
@@ -6,9 +8,10 @@ from collections.abc import Iterator
 
 from canserial.dbc.bus import BusDescription, BusError
 from sara_bringup.platforms.gate_settings import safety_of
-from sara_common.platforms import Platform
+from sara_common.platforms import Platform, parameters
 
 SLACK = 0.97  # of a limit that is rounded
+ALIKE = 0.03  # share by which two values may differ that are to be one
 TWICE = 1.03  # of both factors for slip in turns: more than what a calibration is off
 
 
@@ -28,6 +31,7 @@ def findings(platform: Platform) -> Iterator[str]:
     yield from _braking(platform, safety, change)
     yield from _command(platform, fastest)
     yield from _slip(platform, safety)
+    yield from _smoothing(platform, safety)
 
 
 def remarks(platform: Platform) -> Iterator[str]:
@@ -109,3 +113,15 @@ def _slip(platform, safety):
             f'diff_drive_controller/wheel_separation_multiplier is {multiplier:g} and safety_gate/turn_slip '
             f'{safety.turn_slip:g}: slip in turns counts twice'
         )
+
+
+def _smoothing(platform, safety):
+    planner = parameters('sara_nav', 'sara_nav.yaml', platform)['RotateThenPursue']
+    profile = safety.profiles[safety.profile].commanded(safety.turn_slip)
+    for name, jerk in (('smoother_jerk_x', profile.jerk), ('smoother_jerk_theta', profile.turn_jerk)):
+        told = planner.get(name, 0.0)
+        if isinstance(told, (int, float)) and told > 0.0 and abs(told - jerk) > ALIKE * jerk:
+            yield (
+                f'move_base/RotateThenPursue/{name} is {told:g}, the safety gate limits jerk to {jerk:.3g} '
+                f'(profile {safety.profile}): it would not drive what is planned'
+            )

@@ -192,7 +192,7 @@ class SafetyGate:
         if cautious < factor:
             factor, near = cautious, ''
         if factor == 0.0 and zones.scale(comfort.v, comfort.w)[0] == 0.0:
-            # It creeps, for the hard brake is not at work. To end that within the jerk limit takes 3 cm of the gap left.
+            # It creeps, for the hard brake is not at work. To end that within the jerk limit would take 3 cm more.
             comfort.brake(dt, comfort.profile.braking, comfort.profile.turn_acceleration)
         else:
             comfort.step(v * factor, w * factor, dt, together=_recent(t, self._scaled_at, LET_GO))

@@ -66,17 +66,17 @@ class Prediction:
         return Pose2D(x, y, yaw)
 
     def _driven(self, start, end):
-        """Return [(s, v, w)]: what is driven from one time to another, speeds and turn rates each after their latency."""
-        speeds, turns = self._between(start - self.latency, end - self.latency), self._between(
-            start - self.turn_latency, end - self.turn_latency
-        )
+        """Return [(s, v, w)]: what is driven between two times, a speed and a turn rate each after its own latency."""
+        speeds = self._between(start - self.latency, end - self.latency)
+        turns = self._between(start - self.turn_latency, end - self.turn_latency)
         found, i, j = [], 0, 0
         while i < len(speeds) and j < len(turns):
-            until = min(speeds[i][1] + self.latency, turns[j][1] + self.turn_latency)
+            speed_ends, turn_ends = speeds[i][1] + self.latency, turns[j][1] + self.turn_latency
+            until = min(speed_ends, turn_ends)
             found.append((until - start, speeds[i][2], turns[j][3]))
             start = until
-            i += speeds[i][1] + self.latency <= until
-            j += turns[j][1] + self.turn_latency <= until
+            i += speed_ends == until
+            j += turn_ends == until
         return found
 
     def _at(self, t):
