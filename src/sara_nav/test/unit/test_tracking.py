@@ -166,14 +166,8 @@ LATENCY = st.floats(0.05, 0.3)
 def test_the_pose_at_which_a_command_acts_is_foretold_on_a_base_that_slips_and_answers_late(
     slip, latency, turn_latency, delay, period
 ):
-    prediction, pose, told, ahead, t, worst = (
-        Prediction(latency, turn_latency),
-        Pose2D(0.0, 0.0, 0.0),
-        [],
-        [],
-        0.0,
-        0.0,
-    )
+    prediction, pose = Prediction(latency, turn_latency), Pose2D(0.0, 0.0, 0.0)
+    told, ahead, t, worst = [], [], 0.0, 0.0
     late, turns_late = (round(s / 0.01) for s in (latency, turn_latency))
     seen = [(0.0, pose, (0.0, 0.0))]
     truth = {}

@@ -102,7 +102,7 @@ class RotateThenPursue:
         command = self._drive(Cycle(t, dt, pose, now, velocity, last, gain, still, driven, world))
         if command.state != DRIVING:
             self._rest()
-        sent = self._command.sent(command, dt) if command.state == DRIVING else command
+        sent = self._command.sent(command, dt)
         self._command.last, self._last_t = (command.v, command.w), t
         self._prediction.commanded(t, command.v, command.w)
         return sent

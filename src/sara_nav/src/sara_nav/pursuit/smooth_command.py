@@ -75,12 +75,12 @@ class SmoothCommand:
         turn in place, as far ahead of it as what smooths commands behind stays behind.
         """
         c, (v0, w0) = self.config, self.last
-        v, w, jerk = command.v, command.w, c.smoother_jerk_x
-        if v:
-            return command._replace(v=ahead_of_smoother(v, v0, dt, jerk, c.max_vel_x if v > 0.0 else -c.min_vel_x))
+        if command.v:
+            highest = c.max_vel_x if command.v > 0.0 else -c.min_vel_x
+            return command._replace(v=ahead_of_smoother(command.v, v0, dt, c.smoother_jerk_x, highest))
         if v0:
             return command
-        return command._replace(w=ahead_of_smoother(w, w0, dt, c.smoother_jerk_theta, c.max_vel_theta))
+        return command._replace(w=ahead_of_smoother(command.w, w0, dt, c.smoother_jerk_theta, c.max_vel_theta))
 
     def turn_rate(self, wanted: float, dt: float) -> float:
         """Return the turn rate (rad/s) nearest to the one wanted that acceleration and jerk allow."""
