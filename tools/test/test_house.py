@@ -110,3 +110,30 @@ def test_only_the_laboratory_s_own_tests_and_programs_know_it():
     ]
     known = [path for path in programs if 'sara_lab' in set(imported(path))]
     assert [path for path in known if path.relative_to(SRC).parts[0] != 'sara_lab'] == [] and known
+
+
+COLUMNWISE = {'sin', 'cos', 'tan', 'exp', 'arctan2'}
+
+
+def sines_of_columns(tree):
+    """Lines where numpy takes a sine, or the like, of a column of a table: see sara_common.repeatable. Compiled
+    functions take each by itself.
+    """
+    if isinstance(tree, ast.FunctionDef) and any('kernel' in ast.unparse(d) for d in tree.decorator_list):
+        return
+    if isinstance(tree, ast.Call) and ast.unparse(tree.func).startswith('np.') and tree.func.attr in COLUMNWISE:
+        for of in tree.args:
+            if (
+                isinstance(of, ast.Subscript)
+                and isinstance(of.slice, ast.Tuple)
+                and isinstance(of.slice.elts[0], ast.Slice)
+            ):
+                yield tree.lineno
+    for node in ast.iter_child_nodes(tree):
+        yield from sines_of_columns(node)
+
+
+def test_a_sine_of_a_column_is_taken_where_it_is_the_same_again():
+    found = {path.relative_to(SRC): list(sines_of_columns(ast.parse(path.read_text()))) for path in MODULES}
+    assert {path: lines for path, lines in found.items() if lines} == {}
+    assert list(sines_of_columns(ast.parse('x = np.sin(a)\ny = np.cos(poses[:, 2])'))) == [2]

@@ -13,6 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from canserial.calibration.iron import Ellipse, Iron, IronError, fitted_ellipse
+from sara_common.repeatable import directions
 
 SLOWEST = 0.05
 """rad/s; slower is no turn."""
@@ -141,7 +142,7 @@ def _judged(ellipse: Ellipse, points: np.ndarray, horizontal: float) -> float:
 
 def _against_the_gyroscope(circle: np.ndarray, turned: np.ndarray) -> tuple[float, float, float]:
     """(scale, behind, wander) of fields (n, 2) and angles (n,): the compass's angle is -scale x turned + behind."""
-    seen = np.unwrap(np.arctan2(circle[:, 1], circle[:, 0]))
+    seen = np.unwrap(directions(circle))
     slope, behind = np.polyfit(turned, seen, 1)
     wander = float(np.sqrt(np.mean((seen - slope * turned - behind) ** 2)))
     if wander > LARGEST_WANDER or not 0.8 <= -slope <= 1.25:

@@ -22,6 +22,7 @@ import numpy as np
 from canserial.calibration.iron import Iron
 from canserial.reader.compass_config import CompassConfig
 from sara_common.planar import wrap_exact
+from sara_common.repeatable import times
 
 YAW, OFFSET, SCALE, IRON, RIGHT, LEFT = 0, 1, 2, slice(3, 6), slice(6, 9), slice(9, 12)
 STATES = 12
@@ -147,7 +148,7 @@ class HeadingFilter:
         if share > 0.0:
             place = self._config.compass_place_sigma**2 + seen
             K = np.linalg.solve(S + (place / share + FIELD_NOISE**2) * same, PJ.T).T
-            self.x += K @ y
+            self.x += times(K, y)
             P = self.P - K @ PJ.T
             self.P = 0.5 * (P + P.T)
         return True

@@ -20,6 +20,7 @@ import numpy as np
 
 from sara_common.planar import Pose2D, wrap
 from sara_common.platforms import chosen
+from sara_common.repeatable import cos_sin
 from sara_nav.costmaps.costmap import InflationConfig, build
 from sara_nav.grids.collision import LocalWorld
 from sara_nav.grids.footprint import pad_footprint, radii
@@ -95,7 +96,8 @@ def bench(name: str, grid_map: GridMap, pairs: int, seed: int, clock: Clock = ti
             longer.append(path_length(plan) - shortest)
             touching += bool(world.touched(fine(plan)).any())
             steps = np.diff(plan, axis=0)
-            along = np.cos(plan[:-1, 2]) * steps[:, 0] + np.sin(plan[:-1, 2]) * steps[:, 1]
+            c, s = cos_sin(plan[:-1, 2])
+            along = c * steps[:, 0] + s * steps[:, 1]
             astern -= float(along[along < 0.0].sum())
     return LatticeRow(
         name,

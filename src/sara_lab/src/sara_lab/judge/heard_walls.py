@@ -8,6 +8,7 @@ import math
 
 import numpy as np
 
+from sara_common.repeatable import cos_sin
 from sara_lab.judge.passed_walls import REACH
 from sara_nav.maps.map_io import OCCUPIED, GridMap
 
@@ -46,7 +47,8 @@ class HeardWalls:
         x, y = (sensors[:, 0:1] - g.origin_x) / g.resolution, (sensors[:, 1:2] - g.origin_y) / g.resolution
         far, across = self._cast(x, y, dx, dy)
         far = far * g.resolution
-        facing = np.where(across, np.abs(np.cos(sensors[:, 2:3])), np.abs(np.sin(sensors[:, 2:3])))
+        along_x, along_y = map(np.abs, cos_sin(sensors[:, 2:3]))
+        facing = np.where(across, along_x, along_y)
         far[(facing < math.cos(STEEPEST)) | (far > REACH)] = math.inf
         nearest = far.min(1, keepdims=True)
         sensor, ray = np.nonzero((far <= nearest + SAME) & (far < math.inf) & (nearest >= NEAREST))

@@ -14,6 +14,7 @@ from functools import cache, cached_property
 
 import numpy as np
 
+from sara_common.repeatable import cos_sin
 from sara_nav.planners.planning import distances_along
 
 WINDOW_S, RATE_WINDOW_S = 0.5, 0.2  # s
@@ -42,7 +43,7 @@ class Motion:
             even = np.arange(t[0], t[-1] + 1e-9, dt)
             pose = np.column_stack([np.interp(even, t, column) for column in pose.T])
             t = even
-        c, s = np.cos(pose[:, 2]), np.sin(pose[:, 2])
+        c, s = cos_sin(pose[:, 2])
         x, y, w = (_derivative(column, dt, 1, RATE_WINDOW_S) for column in pose.T)
         return cls(t, dt, pose, c * x + s * y, w)
 
@@ -75,7 +76,7 @@ class Motion:
 
     def _along_and_across(self, order):
         x, y = (_derivative(self.pose[:, k], self.dt, order, WINDOW_S) for k in (0, 1))
-        c, s = np.cos(self.yaw), np.sin(self.yaw)
+        c, s = cos_sin(self.yaw)
         return c * x + s * y, c * y - s * x
 
     @property

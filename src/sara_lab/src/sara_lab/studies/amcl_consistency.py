@@ -14,6 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from sara_common.planar import compose, wrap
+from sara_common.repeatable import cos_sin
 from sara_common.scans import Sweep
 from sara_lab.journeys.travel_cases import map_file, random_of
 from sara_lab.studies.carried import MOUNT, SCANNER, TOLD, Case, Wanderer, drive, world_map
@@ -164,7 +165,7 @@ class FairRobot:
         """(n,) each drawn by the likelihood field's probabilities along its ray."""
         field, most = self._field, SCANNER.range_max
         ranges = np.arange(SCANNER.range_min, most, RANGE_STEP) + RANGE_STEP * self._random.random()
-        c, s = np.cos(rays[:, 2:]), np.sin(rays[:, 2:])
+        c, s = cos_sin(rays[:, 2:])
         ends = np.stack((rays[:, :1] + c * ranges, rays[:, 1:2] + s * ranges, np.zeros((len(rays), len(ranges)))), 2)
         table = field.hits + self._config.laser_z_rand / most
         here = np.zeros((1, 2))

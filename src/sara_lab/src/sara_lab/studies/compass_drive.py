@@ -20,6 +20,7 @@ from canserial.reader.config import ReaderConfig
 from canserial.reader.reader import Reader
 from canserial.reader.readings import FieldReading, HeadingReading, ImuReading
 from sara_common.planar import wrap_exact
+from sara_common.repeatable import cos_sin
 from sara_lowlevel.config import FAST_IMU, SensorConfig
 from sara_sim.chair import SimulatedChair
 from sara_sim.chips.gps_config import GpsConfig
@@ -129,7 +130,8 @@ def doors(seed: int) -> np.ndarray:
 
 def posts(of: np.ndarray) -> tuple[tuple[float, float], ...]:
     """The two posts of each door."""
-    across = 0.5 * DOOR_M * np.column_stack((-np.sin(of[:, 2]), np.cos(of[:, 2])))
+    c, s = cos_sin(of[:, 2])
+    across = 0.5 * DOOR_M * np.column_stack((-s, c))
     return tuple((float(x), float(y)) for x, y in np.concatenate((of[:, :2] + across, of[:, :2] - across)))
 
 

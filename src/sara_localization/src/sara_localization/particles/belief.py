@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from sara_common.planar import wrap
+from sara_common.repeatable import cos_sin, weighted_sum
 from sara_localization.particles import bins
 
 
@@ -24,9 +25,9 @@ class Belief(NamedTuple):
 
 def mean_pose(poses: np.ndarray, weights: np.ndarray) -> np.ndarray:
     """(3,) the weighted mean of poses (n, 3); headings are averaged as directions."""
-    total = weights.sum()
-    yaw = np.arctan2(weights @ np.sin(poses[:, 2]), weights @ np.cos(poses[:, 2]))
-    return np.array([weights @ poses[:, 0] / total, weights @ poses[:, 1] / total, yaw])
+    total, (x, y, yaw) = weights.sum(), poses.T
+    c, s = (weighted_sum(weights, part) for part in cos_sin(yaw))
+    return np.array([weighted_sum(weights, x) / total, weighted_sum(weights, y) / total, np.arctan2(s, c)])
 
 
 def covariance_about(pose: np.ndarray, poses: np.ndarray, weights: np.ndarray) -> np.ndarray:

@@ -11,6 +11,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from sara_common.planar import wrap
+from sara_common.repeatable import weighted_sum
 from sara_localization.particles import bins
 from sara_localization.particles.amcl_config import AmclConfig
 from sara_localization.particles.likelihood import Likelihoods, MeasurementModel
@@ -110,7 +111,7 @@ class ParticleFilter:
             self.weights = np.full(len(self.poses), 1.0 / len(self.poses))
             return False
         self.weights = weights / total
-        self._average(float(self.weights @ likelihoods.fits))
+        self._average(weighted_sum(self.weights, likelihoods.fits))
         return True
 
     def _average(self, quality):
@@ -135,7 +136,7 @@ class ParticleFilter:
     @property
     def effective(self) -> float:
         """As many particles of the same weight would say as much: 1 / sum w^2."""
-        return 1.0 / float(self.weights @ self.weights)
+        return 1.0 / weighted_sum(self.weights, self.weights)
 
     def resample(self, random_poses: RandomPoses | None) -> bool:
         """Draw particles by their weights, as many as KLD sampling wants. False where `selective_resampling` leaves

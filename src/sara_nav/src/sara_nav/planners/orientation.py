@@ -5,6 +5,7 @@ import math
 import numpy as np
 
 from sara_common.planar import wrap
+from sara_common.repeatable import directions
 
 NONE, FORWARD, INTERPOLATE, FORWARD_THEN_INTERPOLATE, BACKWARD, LEFTWARD, RIGHTWARD = range(7)
 TURNED = {
@@ -23,8 +24,7 @@ def headings(points: np.ndarray, window: int) -> np.ndarray:
     n = len(points)
     before = np.maximum(np.arange(n) - window, 0)
     after = np.minimum(np.arange(n) + window, n - 1)
-    step = points[after] - points[before]
-    return np.arctan2(step[:, 1], step[:, 0])
+    return directions(points[after] - points[before])
 
 
 def blend(start: float, end: float, count: int) -> np.ndarray:

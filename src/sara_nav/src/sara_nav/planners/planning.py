@@ -9,6 +9,7 @@ import math
 import numpy as np
 
 from sara_common.planar import Pose2D
+from sara_common.repeatable import directions
 from sara_nav.config.registry import Registry
 from sara_nav.grids.grid import GridGeometry
 
@@ -78,7 +79,7 @@ def plan_from_points(points: np.ndarray, goal_yaw: float) -> np.ndarray:
         points = np.vstack([points[:-1][moves], points[-1:]])
         steps = points[1:] - points[:-1]
     plan = np.empty((len(points), 3))
-    plan[:, :2], plan[:-1, 2], plan[-1, 2] = points, np.arctan2(steps[:, 1], steps[:, 0]), goal_yaw
+    plan[:, :2], plan[:-1, 2], plan[-1, 2] = points, directions(steps), goal_yaw
     return plan
 
 

@@ -13,6 +13,7 @@ import numpy as np
 
 from ahead_of_time import kernel
 from sara_common.kernels import wrap
+from sara_common.repeatable import directions
 from sara_nav.pursuit.curvature_law import Bend
 
 SPACING = 0.05
@@ -74,7 +75,7 @@ class Leg:
         self.s = np.append(0.0, length.cumsum())
         self.xy, self.length = xy, float(self.s[-1])
         direction = steps / length[:, None]
-        heading = np.unwrap(np.arctan2(steps[:, 1], steps[:, 0]))
+        heading = np.unwrap(directions(steps))
         middle = 0.5 * (self.s[1:] + self.s[:-1])
         self.heading = np.interp(self.s, middle, heading)  # of the motion, not wrapped
         for end, inner in ((0, 1), (-1, -2)):
@@ -163,7 +164,7 @@ def _beyond(points, n):
     direction.
     """
     steps = points[:4] - points[1:5] if len(points) > 4 else points[:1] - points[1:2]
-    heading = np.unwrap(np.arctan2(steps[:, 1], steps[:, 0]))
+    heading = np.unwrap(directions(steps))
     bends = -np.diff(heading)
     off = points[1 : n + 1] - points[0]
     if not len(bends) or np.abs(bends).max() > STEADY_BEND or np.ptp(bends) > UNSTEADY:

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from sara_common.planar import wrap
+from sara_common.repeatable import directions
 
 SAME_PLACE = 0.005
 """Rows nearer to each other than this (m) are at one place."""
@@ -49,7 +50,7 @@ def stages(plan: np.ndarray, corner_angle: float) -> list[Turn | Stretch]:
     plan = np.asarray(plan, float)
     xy, yaw = plan[:, :2], plan[:, 2]
     steps = np.diff(xy, axis=0)
-    length, direction = np.hypot(*steps.T), np.arctan2(steps[:, 1], steps[:, 0])
+    length, direction = np.hypot(*steps.T), directions(steps)
     off = wrap(direction - yaw[:-1])
     turning = (length < SAME_PLACE) & ~((length > 1e-6) & (np.abs(off) < 1e-3))
     moves = ~turning
@@ -111,7 +112,7 @@ def _split(points, corner_angle):
         return [points]
     steps = np.diff(points, axis=0)
     along = np.append(0.0, np.hypot(*steps.T).cumsum())
-    heading = np.unwrap(np.arctan2(steps[:, 1], steps[:, 0]))
+    heading = np.unwrap(directions(steps))
     parts, first, k = [], 0, 1
     while k < len(heading):
         # From the vertex on, the bend that comes within reach; the corner is put where the sharpest part of it is.

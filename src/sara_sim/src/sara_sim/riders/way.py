@@ -7,6 +7,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from sara_common.repeatable import directions
+
 SPACING = 0.05  # m between the points that are kept
 SEARCHED = 1.0  # m of way ahead among which the nearest point is looked for
 
@@ -23,7 +25,7 @@ class Way:
         self.length, self.reached = float(ends[-1]), 0.0
         self._s = np.append(np.arange(0.0, self.length, SPACING), self.length)
         self.points = np.column_stack([np.interp(self._s, ends, column) for column in corners.T])
-        self._headings = np.unwrap(np.arctan2(*np.gradient(self.points, axis=0).T[::-1]))
+        self._headings = np.unwrap(directions(np.gradient(self.points, axis=0)))
 
     def go_on(self, x: float, y: float) -> None:
         """Somebody is at (x, y), m: the nearest place within SEARCHED ahead is reached."""

@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ahead_of_time import kernel
+from sara_common.repeatable import cos_sin
 from sara_nav.grids.grid import Grid
 
 RAYS = 9
@@ -117,7 +118,7 @@ def sensors_at(poses: np.ndarray, mounts: np.ndarray) -> np.ndarray:
     against each other.
     """
     (x, y, yaw), (mx, my, axis) = np.moveaxis(poses, -1, 0), np.moveaxis(mounts, -1, 0)
-    c, s = np.cos(yaw), np.sin(yaw)
+    c, s = cos_sin(yaw)
     return np.stack((x + c * mx - s * my, y + s * mx + c * my, yaw + axis), -1)
 
 

@@ -16,6 +16,7 @@ from typing import NamedTuple
 import numpy as np
 
 from sara_common.planar import wrap
+from sara_common.repeatable import cos_sin
 from sara_slam.logs.records import LogError
 
 COINCIDENT = 0.006
@@ -86,7 +87,7 @@ def read_relations(path: str | Path) -> Relations:
 
 def relation_of(first: np.ndarray, second: np.ndarray) -> np.ndarray:
     """(n, 3) the poses `second` (n, 3) in the frames of the poses `first` (n, 3)."""
-    c, s = np.cos(first[:, 2]), np.sin(first[:, 2])
+    c, s = cos_sin(first[:, 2])
     dx, dy = second[:, 0] - first[:, 0], second[:, 1] - first[:, 1]
     return np.stack((c * dx + s * dy, -s * dx + c * dy, wrap(second[:, 2] - first[:, 2])), 1)
 

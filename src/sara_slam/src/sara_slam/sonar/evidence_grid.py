@@ -15,13 +15,13 @@ import math
 import numpy as np
 from scipy.spatial import cKDTree
 
+from sara_common.repeatable import cos_sin
 from sara_nav.grids.grid import GridGeometry
 from sara_nav.maps.map_io import FREE, OCCUPIED, UNKNOWN, GridMap
 from sara_slam.sonar.echo_points import other_points
 from sara_slam.sonar.forward_model import THROUGH, Heard, driven_over, glances, looked_through, unexplained
 from sara_slam.sonar.short_walls import short_walls
 from sara_slam.sonar.sonar_config import SonarConfig
-from sara_slam.sonar.wall_filter import cos_sin
 
 PIECE = 0.05
 """m of a wall that is there or not."""

@@ -19,6 +19,7 @@ import math
 import numpy as np
 
 from sara_common.planar import compose, wrap
+from sara_common.repeatable import cos_sin, times
 from sara_slam.sonar.sonar_config import SonarConfig
 
 POSE = 5
@@ -110,7 +111,7 @@ class WallFilter:
         best, least = -1, self.config.gate**2
         for wall in np.flatnonzero(fits).tolist():
             at, H = self._jacobian(mount, wall)
-            S = H @ self.P[np.ix_(at, at)] @ H + self.config.range_sigma_hit**2
+            S = H @ times(self.P[np.ix_(at, at)], H) + self.config.range_sigma_hit**2
             if off[wall] ** 2 / S < least:
                 best, least = wall, off[wall] ** 2 / S
         return best
@@ -139,7 +140,7 @@ class WallFilter:
         self.spans[wall] = min(low, along[0]), max(high, along[0])
 
     def _correct(self, at, H, y, R):
-        PH = self.P[:, at] @ H
+        PH = times(self.P[:, at], H)
         S = float(H @ PH[at]) + R
         self.x += PH * (y / S)
         self.P -= np.outer(PH, PH / S)
@@ -199,7 +200,7 @@ class WallFilter:
         wall, at, H, off, S = best
         PH = self.P[:, at] @ H.T
         K = PH @ np.linalg.inv(S)
-        self.x += K @ off
+        self.x += times(K, off)
         self.P -= K @ PH.T
         self.x[2] = wrap(self.x[2])
         return wall
@@ -208,7 +209,7 @@ class WallFilter:
         """Hold walls square to another one where SLANTING more has been seen of the walls about square to that."""
         theta = self.walls[:, 0]
         alike = np.abs(square_off(theta - theta[:, None])) <= self.config.square_gate
-        seen = alike @ self._lengths()
+        seen = times(alike, self._lengths())
         most = int(np.argmax(seen))
         if seen[most] <= seen[self.reference] + SLANTING:
             return
@@ -223,7 +224,7 @@ class WallFilter:
         off = float(square_off(self.walls[number, 0] - self.walls[self.reference, 0]))
         at = np.array([POSE + 2 * self.reference, POSE + 2 * number])
         H = np.array([-1.0, 1.0])
-        S = float(H @ self.P[np.ix_(at, at)] @ H) + c.square_sigma**2
+        S = float(H @ times(self.P[np.ix_(at, at)], H)) + c.square_sigma**2
         if abs(off) > c.square_gate or off * off > c.gate**2 * S:
             return False
         self._correct(at, H, -off, c.square_sigma**2)
@@ -240,14 +241,6 @@ def foot(walls: np.ndarray, x: float, y: float, axis: float) -> tuple[np.ndarray
     """
     c, s = cos_sin(walls[:, 0])
     return c * x + s * y - walls[:, 1], c * y - s * x, np.abs(wrap(axis - walls[:, 0] - math.pi))
-
-
-def cos_sin(angles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Of angles (n,), rad: of a copy that lies in one piece, for numpy's last digit of others depends on where they
-    lie in memory.
-    """
-    angles = np.ascontiguousarray(angles)
-    return np.cos(angles), np.sin(angles)
 
 
 def square_off(angle: float | np.ndarray) -> float | np.ndarray:

@@ -14,12 +14,13 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from sara_common.repeatable import cos_sin
 from sara_nav.grids.grid import GridGeometry
 from sara_nav.maps.map_io import FREE, OCCUPIED, GridMap
 from sara_slam.sonar.drawing import Pose
 from sara_slam.sonar.face_search import face, points
 from sara_slam.sonar.sonar_config import SonarConfig
-from sara_slam.sonar.wall_filter import WallFilter, cos_sin, foot
+from sara_slam.sonar.wall_filter import WallFilter, foot
 
 WALL_BEYOND, FACE_BEYOND, BEHIND = 0.8, 0.4, 0.1
 """m that a wall, and another flat thing, goes on beyond the robot's front; that is shown behind where it is heard."""

@@ -10,6 +10,7 @@ import numpy as np
 
 from sara_common.planar import wrap
 from sara_common.platforms import chosen
+from sara_common.repeatable import cos_sin
 from sara_control.gate.comfort import Profile
 from sara_lab.judge import gaps
 from sara_lab.judge.contact_watch import Contact
@@ -100,7 +101,7 @@ def _beyond(poses, box):
     """m by which the body's corners leave a box at most."""
     half = 0.5 * np.array(chosen().size)
     corners = half * [(1, 1), (1, -1), (-1, -1), (-1, 1)]
-    c, s = np.cos(poses[:, 2, None]), np.sin(poses[:, 2, None])
+    c, s = cos_sin(poses[:, 2, None])
     x = poses[:, 0, None] + c * corners[:, 0] - s * corners[:, 1]
     y = poses[:, 1, None] + s * corners[:, 0] + c * corners[:, 1]
     return float(max(box[0] - x.min(), box[1] - y.min(), x.max() - box[2], y.max() - box[3]))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from sara_common.planar import Pose2D
+from sara_common.repeatable import cos_sin
 from sara_nav.costmaps.layers.base import Layer, Parent
 from sara_nav.maps.map_io import GridMap
 
@@ -47,7 +48,7 @@ class MaskFilter(Layer):
         """
         g, (px, py) = self.mask.geometry, points.T
         x, y, yaw = (of[:, None] for of in poses.T)
-        c, s = np.cos(yaw), np.sin(yaw)
+        c, s = cos_sin(yaw)
         columns = np.floor((x + c * px - s * py - g.origin_x) / g.resolution)
         rows = np.floor((y + s * px + c * py - g.origin_y) / g.resolution)
         on = (columns >= 0) & (columns < g.width) & (rows >= 0) & (rows < g.height)
