@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from sara_common import paths
+from sara_common import files
 
 
 def share(package: str = 'sara_bringup') -> Path:
     """The share folder of a package. Raises FileNotFoundError."""
-    return paths.share(package)
+    return files.share(package)
 
 
 def config_file(name: str, package: str = 'sara_bringup') -> Path:

@@ -21,7 +21,7 @@ from typing import Any, NamedTuple
 import yaml
 
 from sara_common.config import ConfigError, is_number, is_whole
-from sara_common.paths import merged, plain, share
+from sara_common.files import merged, plain, share
 from sara_common.planar import Pose2D
 
 ENVIRONMENT = 'SARA_PLATFORM'

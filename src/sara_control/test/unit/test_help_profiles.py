@@ -33,8 +33,9 @@ def test_without_profiles_there_is_one():
 
 def test_our_own_file():
     profiles = HelpProfiles.from_params(parameters('sara_control', 'assist.yaml', load('sara')))
-    much, little, gate_only = profiles.configs.values()
-    assert list(profiles.configs) == ['much', 'little', 'gate_only'] and profiles.config == much
+    much, little, switches, gate_only = profiles.configs.values()
+    assert list(profiles.configs) == ['much', 'little', 'switches', 'gate_only'] and profiles.config == much
+    assert switches == replace(much, steady_time=0.0, veer_time=3.0) and much.veer_time == 0.0
     assert much.farthest_look > little.farthest_look and much.enabled and little.enabled and not gate_only.enabled
 
 

@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from sara_common.config import ConfigError
 from sara_common.planar import advanced
 from sara_common.platforms import load, parameters
+from sara_control.assist import docking
 from sara_control.assist.assist_config import AssistConfig
 from sara_control.assist.correction import Correction, sentence
 from sara_control.assist.help_profiles import HelpProfiles
@@ -143,6 +144,121 @@ class TestLaws:
             result = assist.step(0.05 * k, (v, w), pose)
             assert abs(result.v) <= abs(v) + 1e-12 and result.v * v >= 0.0
             assert abs(result.w) <= max(CONFIG.max_angular, abs(w)) + 1e-12
+
+
+class TestSwitches:
+    """A rider with a switch for each direction: who turns on the way veers, where room is short."""
+
+    VEERS = AssistConfig.of(steady_time=0.0, veer_time=3.0)
+    BETWEEN = 2.0, 0.65, 0.0  # walls 0.35 m on either side
+    AHEAD, LEFT = (0.28, 0.0), (0.0, 0.36)
+
+    def driven(self, wishes, pose, grid=None):
+        """[Assisted] of a robot that stands at a pose, a wish each 0.5 s."""
+        assist, grid, results = SharedControl(self.VEERS), grid or world(9.0, 1.3), []
+        for k, wish in enumerate(wishes):
+            assist.on_grid(grid, 0.5 * k)
+            results.append(assist.step(0.5 * k, wish, pose))
+        return results
+
+    def test_a_turn_on_the_way_is_a_bend_for_as_long_as_it_says(self):
+        results = self.driven([self.AHEAD] + 7 * [self.LEFT], self.BETWEEN)
+        assert all(0.0 < result.v <= 0.28 for result in results[:7]) and results[7].v == 0.0
+        assert results[1].correction is not None and results[0] == (*self.AHEAD, None)
+
+    def test_so_it_is_astern(self):
+        results = self.driven([(-0.28, 0.0), self.LEFT], self.BETWEEN)
+        assert -0.28 <= results[1].v < 0.0
+
+    def test_who_stands_or_has_let_go_turns_in_place(self):
+        for before in ([], [self.AHEAD, (0.0, 0.0)]):
+            assert self.driven([*before, self.LEFT], self.BETWEEN)[-1].v == 0.0
+
+    def test_where_there_is_room_it_turns_in_place(self):
+        assert self.driven([self.AHEAD, self.LEFT], (4.0, 4.0, 0.0), world(8.0, 8.0))[-1] == (*self.LEFT, None)
+
+    def test_a_clock_set_back_forgets_the_way(self):
+        assist, grid = SharedControl(self.VEERS), world(9.0, 1.3)
+        for t, wish in ((100.0, self.AHEAD), (1.0, self.LEFT)):
+            assist.on_grid(grid, t)
+            result = assist.step(t, wish, self.BETWEEN)
+        assert result.v == 0.0
+
+    @given(places(), st.lists(st.tuples(st.sampled_from((-0.3, 0.0, 0.3)), turns), min_size=1, max_size=8))
+    @settings(max_examples=60, deadline=None)
+    def test_it_is_never_faster_than_it_was_asked_to_drive(self, place, wishes):
+        grid, pose = place
+        assist, drove = knows(grid, self.VEERS), 0.0
+        for k, (v, w) in enumerate(wishes):
+            drove = v or (drove if w else 0.0)
+            result = assist.step(0.1 * k, (v, w), pose)
+            assert abs(result.v) <= abs(drove) + 1e-12 and result.v * drove >= 0.0
+            assert abs(result.w) <= max(CONFIG.max_angular, abs(w)) + 1e-12
+            assert v or result.w * w >= -1e-9 or result.correction in (Correction.LEFT, Correction.RIGHT)
+
+
+class TestDocks:
+    """What stands free and is broad is driven up to."""
+
+    START = 2.0, 3.0, 0.0
+    BED = 3.7, 2.55, 5.7, 3.45
+
+    @staticmethod
+    def ahead(until=4.0):
+        return lambda _t, pose: (0.3, 0.0) if pose[0] < until else None
+
+    def test_a_bed_is_driven_up_to(self):
+        rows = drive(world(8.0, 6.0, self.BED), self.START, self.ahead(), 12.0)
+        assert rows[-1][1].correction is Correction.STOPS and 0.0 < rows[-1][3] < 0.15
+        assert all(abs(pose[1] - 3.0) < 1e-9 for pose, *_ in rows)
+
+    def test_so_it_is_astern(self):
+        rows = drive(world(8.0, 6.0, self.BED), (2.0, 3.0, math.pi), lambda _t, pose: (-0.3, 0.0), 12.0)
+        assert rows[-1][1].v == 0.0 and 0.0 < rows[-1][3] < 0.15 and abs(rows[-1][0][1] - 3.0) < 0.01
+
+    @pytest.mark.parametrize(
+        ('boxes', 'yaw'),
+        [
+            ([(3.7, 2.8, 4.1, 3.2)], 0.0),  # narrower than the body
+            ([(3.7, 2.1, 5.7, 3.0)], 0.0),  # not squarely ahead
+            ([BED], 0.3),
+        ],
+    )
+    def test_the_rest_is_gone_round(self, boxes, yaw):
+        rows = drive(world(8.0, 6.0, *boxes), (*self.START[:2], yaw), self.ahead(4.5), 30.0)
+        assert rows[-1][0][0] > 4.4
+
+    @pytest.mark.parametrize(
+        ('boxes', 'yes'),
+        [
+            ([BED], True),
+            ([(3.7, 2.2, 5.7, 3.8)], True),
+            ([(3.7, 2.2, 5.7, 3.4)], True),
+            ([(3.7, 2.8, 5.7, 3.8)], False),
+            ([(3.7, 0.0, 3.9, 3.4), (3.7, 4.3, 3.9, 6.0)], False),  # a wall with a door
+            ([(3.7, 0.0, 3.9, 6.0)], False),
+            ([], False),
+        ],
+    )
+    def test_what_it_is(self, boxes, yes):
+        size, field = (CONFIG.length, CONFIG.width), field_of(world(8.0, 6.0, *boxes), 1.5)
+        for x in (2.0, 2.5, 3.1):
+            assert docking.faces(field, size, (x, 3.0, 0.0), 1.0, 2.0) is yes
+            assert docking.faces(field, size, (x, 3.0, math.pi), -1.0, 2.0) is yes
+            assert not docking.faces(field, size, (x, 3.0, math.pi), 1.0, 1.0)
+
+    def test_who_bends_goes_by(self):
+        rows = drive(
+            world(8.0, 6.0, self.BED), self.START, lambda _t, pose: (0.3, 0.15) if pose[0] < 4.5 else None, 30.0
+        )
+        assert rows[-1][0][0] > 4.4 and rows[-1][0][1] > 3.45
+
+    def test_who_backs_off_and_comes_again_goes_by(self):
+        def rider(t, pose):
+            return None if pose[0] > 4.5 else (-0.2, 0.0) if 8.0 < t < 11.0 else (0.3, 0.0)
+
+        rows = drive(world(8.0, 6.0, self.BED), self.START, rider, 50.0)
+        assert rows[-1][0][0] > 4.4 and min(row[3] for row in rows) > 0.0
 
 
 class TestTrembles:

@@ -384,7 +384,7 @@ def test_where_the_chair_does_otherwise_an_arrow_and_a_sentence_say_so(page):
 
 
 OVERRIDE = 'document.querySelector("[data-do=override]")'
-PROFILES = ['much', 'little', 'gate_only']
+PROFILES = ['much', 'little', 'switches', 'gate_only']
 HELPS = {'does': '', 'command': None, 'left': 0, 'lasts': 20, 'profile': 'much', 'profiles': PROFILES}
 
 
@@ -495,12 +495,14 @@ def pressed(page):
     return page.js('document.querySelector("[data-help][aria-pressed=true]")?.dataset.help ?? null')
 
 
-@pytest.mark.parametrize('language, names', [('en', 'Much Little None'), ('es', 'Mucha Poca Ninguna')])
+@pytest.mark.parametrize(
+    'language, names', [('en', 'Much Little With switches None'), ('es', 'Mucha Poca Con pulsadores Ninguna')]
+)
 def test_how_much_the_chair_helps_is_chosen_in_the_settings(page, language, names):
     page.load('settings', language=language)
     assert page.js('document.querySelectorAll("[data-help]").length') == 0
     page.chair.state['assist'] = dict(HELPS)
-    page.until('document.querySelectorAll("[data-help]").length === 3')
+    page.until('document.querySelectorAll("[data-help]").length === 4')
     assert page.js('[...document.querySelectorAll("[data-help]")].map((n) => n.textContent).join(" ")') == names
     sizes = page.js('[...document.querySelectorAll("[data-help]")].map((n) => n.getBoundingClientRect().height)')
     assert min(sizes) >= 60 and pressed(page) == 'much'

@@ -2,7 +2,7 @@
 
 const REST_V = 0.02; // m/s, slower than this is rest
 const REST_W = 0.03; // rad/s
-const CORRECTIONS = new Set(['LEFT', 'RIGHT', 'SLOWER', 'CALMER', 'STOPS']); // of shared control: what it does otherwise than asked,
+const CORRECTIONS = new Set(['LEFT', 'RIGHT', 'SLOWER', 'CALMER', 'VEERS', 'STOPS']); // of shared control: what it does otherwise than asked,
 const UNHELPED = new Set(['OVERRIDE', 'INSISTED', 'OFF', 'UNKNOWN']); // and why it does not help
 const HOLDS = new Set(['SLOWED', 'BLOCKED', 'FADING', 'BRAKING', 'HELD', 'WAITING', 'MANUAL']); // states of the gate: it does not pass commands as they are
 const GOING = new Set(['going', 'pending']);

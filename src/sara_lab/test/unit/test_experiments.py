@@ -260,7 +260,7 @@ def test_whoever_is_steered_by_the_wheels_believes_them():
 
 @pytest.mark.parametrize('planner', (SHORT, LONG))
 def test_the_thesis_s_planner_is_read_without_a_warning(planner):
-    from sara_common.paths import merged
+    from sara_common.files import merged
     from sara_common.platforms import parameters
     from sara_nav.config.parameters import Parameters
     from sara_nav.move_base.settings import read_settings

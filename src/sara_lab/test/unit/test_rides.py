@@ -67,14 +67,20 @@ def test_shared_control_leads_along_a_wall_that_the_rider_steers_into():
     assert not walls.verdict(figures | {'gap_p5_m': 0.26, 'gap_p95_m': 0.34})
 
 
-def test_it_comes_to_rest_before_a_table_and_backs_out_again():
-    made = dock_rides.dock(4)
+@pytest.mark.parametrize('number', (4, 5))
+def test_it_comes_to_rest_before_a_table_and_a_bed_and_backs_out_again(number):
+    made = dock_rides.dock(number)
     assert 0.05 < made.gap < 0.15 and made.aside < 0.1 and made.out and not made.contacts
     docks = part.assisted_dock(1, None)
     (line,), figures = docks.summary([{'gap': made.gap, 'docked': True}, {'gap': 0.3, 'docked': False}])
     assert line.startswith('1 of 2 ') and f'median {made.gap:.2f} m' in line
     assert not docks.verdict(figures) and docks.verdict(figures | {'gap_max_m': 0.2})
     assert docks.verdict(docks.summary([{'gap': 0.3, 'docked': False}])[1])
+
+
+def test_each_rider_chooses_a_profile():
+    assert rides.assist_config('four_directions').veer_time == 3.0
+    assert rides.assist_config('tremor') == rides.assist_config() and rides.assist_config().veer_time == 0.0
 
 
 def test_a_ride_is_the_same_again_and_tells_what_happened():

@@ -16,7 +16,7 @@ from sara_bringup.lockstep.command_chain import CommandChain
 from sara_bringup.lockstep.localization import Filter, Truth
 from sara_bringup.lockstep.ranges import RangeFeeds, mountings
 from sara_bringup.lockstep.scans import ScanFeeds
-from sara_common.paths import merged
+from sara_common.files import merged
 from sara_common.planar import Pose2D, compose
 from sara_common.platforms import Platform, chosen, parameters
 from sara_control.gate.reasons import sentence

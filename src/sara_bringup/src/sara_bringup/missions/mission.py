@@ -9,7 +9,7 @@ from pathlib import Path
 import yaml
 
 from sara_common.config import is_number
-from sara_common.paths import plain
+from sara_common.files import plain
 
 
 class MissionError(ValueError):

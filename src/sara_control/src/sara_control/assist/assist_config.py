@@ -18,10 +18,11 @@ class AssistConfig(OfPlatform):
     the body comes no nearer to an obstacle. ahead: m more that its way keeps free where it drives to: there the safety
     gate stops. clear: m; nearer than that, room counts. beside: m; what is on one side only is kept so far off. help: 0
     to 1, how much room is minded over the wish. braking: m/s2, before what cannot be passed. steady_time: s over which
-    a stick that trembles is averaged. insist: share of the greatest deflection, and insist_time: s, from which on a
-    rider who keeps to a direction is left alone until the stick is centred. max_linear, max_angular: m/s, rad/s at the
-    greatest deflection. override_time: s that an override lasts. grid_timeout: s after which a grid is too old to be
-    used. turn_slip: turn rate commanded over turn rate driven. latency: s until a command takes effect.
+    a stick that trembles is averaged. veer_time: s; who drove so short a time ago and turns in place veers, where room
+    is short. insist: share of the greatest deflection, and insist_time: s, from which on a rider who keeps to a
+    direction is left alone until the stick is centred. max_linear, max_angular: m/s, rad/s at the greatest deflection.
+    override_time: s that an override lasts. grid_timeout: s after which a grid is too old to be used. turn_slip: turn
+    rate commanded over turn rate driven. latency: s until a command takes effect.
     """
 
     enabled: bool = True
@@ -38,6 +39,7 @@ class AssistConfig(OfPlatform):
     help: float = 0.65
     braking: float = 0.3
     steady_time: float = 0.25
+    veer_time: float = 0.0
     insist: float = 0.95
     insist_time: float = 1.0
     max_linear: float = 0.4
@@ -84,6 +86,7 @@ LIMITS = {
     'help': (0.0, 1.0),
     'braking': (0.0, 2.0, True),
     'steady_time': (0.0, 2.0),
+    'veer_time': (0.0, 10.0),
     'insist': (0.5, 1.0),
     'insist_time': (0.2, 10.0),
     'max_linear': (0.0, 5.0, True),

@@ -12,6 +12,7 @@ class Correction(enum.Enum):
     RIGHT = 'The chair steers to the right to keep clear.'
     SLOWER = 'The chair goes slower because room is short.'
     CALMER = 'The chair does not follow how the stick trembles because room is short.'
+    VEERS = 'The chair drives on as it turns because room is short.'
     STOPS = 'The chair does not go that way because there is no room.'
     OVERRIDE = 'The chair does not help: the rider wants to go alone.'
     INSISTED = 'The chair does not help until the stick is let go: the rider insists on this way.'

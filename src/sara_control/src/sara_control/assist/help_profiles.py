@@ -20,6 +20,7 @@ PER_RIDER = (
     'help',
     'braking',
     'steady_time',
+    'veer_time',
     'insist',
     'insist_time',
 )

@@ -16,12 +16,13 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from sara_common.planar import advanced
-from sara_control.assist import rollouts, way_search
+from sara_control.assist import docking, rollouts, way_search
 from sara_control.assist.assist_config import AssistConfig
 from sara_control.assist.correction import Correction
 from sara_control.assist.insistence import Insistence
 from sara_control.assist.local_grid import LocalGrid, field_of, gap, outline_of
 from sara_control.assist.rollouts import Wish
+from sara_control.assist.veering import Veering
 from sara_control.assist.way_search import Weights
 
 AHEAD = 0.1  # s: a time may be this far in the future
@@ -61,12 +62,13 @@ class SharedControl:
     def __init__(self, config: AssistConfig) -> None:
         rollouts.warm()
         way_search.warm()
+        docking.warm()
         self._outline = outline_of(config.length, config.width, SPACING)
         self._driven = {  # with what is kept free ahead, or astern
             sense: outline_of(config.length, config.width, SPACING, sense * config.ahead) for sense in (1.0, -1.0)
         }
         self._field, self._stamp = None, -math.inf
-        self._insistence = Insistence(config)
+        self._insistence, self._veering, self._docked = Insistence(config), Veering(), docking.Docked()
         self._take(config)
         self._last, self._steady, self._then, self._led = 0.0, None, None, False
         self._grid: LocalGrid | None = None
@@ -117,12 +119,16 @@ class SharedControl:
             self._rest()
             return Assisted(v, w, Correction.UNKNOWN)
         pose = advanced(*map(float, pose), *map(float, driven), self.config.latency)
-        steady = self._averaged(t, v, w)
-        if gap(self._field, self._outline, *pose) < self.config.clear:
+        near = gap(self._field, self._outline, *pose) < self.config.clear
+        veered = self._veering.wish(t, v, w, self.config.veer_time)
+        if near:
+            v, w = veered
+        asked, steady = (v, w), self._averaged(t, v, w)
+        if near:
             v, w = 0.0 if self._turns(steady) else _calmed(v, steady[0]), _calmed(w, steady[1])
         elif v * steady[0] < 0.0:
             steady = v, w  # it turns round
-        turns = self._turns(steady) or wish[0] == 0.0
+        turns = self._turns(steady) or asked[0] == 0.0
         if v == 0.0 and (w == 0.0 or not turns):
             result = Assisted(0.0, 0.0, None)
         elif turns:
@@ -131,7 +137,7 @@ class SharedControl:
         else:
             result = self._drive((v, w), steady, pose)
         if result.correction is None and (v, w) != tuple(wish):
-            result = result._replace(correction=Correction.CALMER)
+            result = result._replace(correction=Correction.CALMER if asked == tuple(wish) else Correction.VEERS)
         self._insistence.corrected(AGAINST.get(result.correction))
         self._then = t
         return result
@@ -142,6 +148,7 @@ class SharedControl:
 
     def _rest(self, keep=False):
         self._last, self._steady, self._then, self._led = 0.0, None, None, False
+        self._veering.stop()
         if not keep:
             self._insistence.let_go()
 
@@ -171,7 +178,7 @@ class SharedControl:
         averaged.
         """
         v, w = command
-        c, sense = self.config, math.copysign(1.0, v)
+        c, sense, again = self.config, math.copysign(1.0, v), self._docked.comes_again(pose)
         asked = steady[1] / abs(steady[0]) / c.turn_slip
         wish = Wish(sense, asked, self._look(steady[0]))
         ahead = wish._replace(look=min(wish.look, OWN_LOOK))
@@ -183,6 +190,10 @@ class SharedControl:
         if keeps_clear and (leads_away or not self._led):
             self._last, self._led = asked, False
             return Assisted(v, w, None)
+        if not again and self._docks(pose, ahead):
+            self._docked.near(pose)
+            self._led = False
+            return self._slower(v, w, pose, ahead)
         way = self._way(pose, wish, weights)
         self._led = way is not None
         if way is None:
@@ -193,7 +204,7 @@ class SharedControl:
             asked = abs(w) + c.turn_slip * abs(v) / self._outline.radius  # moves a corner as fast as the wish
             rate = min(PIVOT_RATE * c.max_angular, asked)
             return Assisted(0.0, side * rate, LEFT if side > 0.0 else RIGHT)
-        curvature = self._last = self._pursued(way, sense)
+        curvature = self._last = self._pursued(way, pose, sense)
         speed = min(abs(v), self._allowed(way))
         turn = curvature * c.turn_slip * speed
         if abs(turn) > max(c.max_angular, abs(w)):
@@ -202,6 +213,11 @@ class SharedControl:
         if abs(curvature - asked) > CALM:
             return Assisted(sense * speed, turn, LEFT if curvature > asked else RIGHT)
         return Assisted(sense * speed, turn, Correction.SLOWER if speed < 0.99 * abs(v) else None)
+
+    def _docks(self, pose, wish):
+        """Whether a Wish that is not free leads squarely up to something broad."""
+        size = self.config.length, self.config.width
+        return abs(wish.curvature) < docking.STRAIGHT and docking.faces(self._field, size, pose, wish.sense, OWN_LOOK)
 
     def _beside(self, v, curvature):
         """(m on the left, on the right) that are kept to a wall that the rider steers into, at v (m/s): less where they
@@ -230,8 +246,10 @@ class SharedControl:
         share = min(1.0, speed / abs(v))
         return Assisted(v * share, w * share, Correction.SLOWER if share < 1.0 else None)
 
-    def _pursued(self, way, sense):
-        """The curvature (1/m) to the point of a Way that is LOOKAHEAD on: pure pursuit (Coulter 1992)."""
+    def _pursued(self, way, pose, sense):
+        """The curvature (1/m) to the point of a Way that is LOOKAHEAD on: pure pursuit (Coulter 1992); that of the
+        Way's own beginning where the other is not free, as it cuts corners.
+        """
         x, y, yaw = way.poses[0]
         k, done = 1, abs(way.moves[0, 0])
         while k < len(way.moves) and way.moves[k, 0] != 0.0 and done < LOOKAHEAD:
@@ -239,7 +257,11 @@ class SharedControl:
             k += 1
         dx, dy = way.poses[k, 0] - x, way.poses[k, 1] - y
         aside = sense * (math.cos(yaw) * dy - math.sin(yaw) * dx)
-        return 2.0 * aside / max(dx * dx + dy * dy, 1e-6)
+        curvature = 2.0 * aside / max(dx * dx + dy * dy, 1e-6)
+        cut = rollouts.follow(
+            self._field, self._outline, pose, Wish(sense, curvature, LOOKAHEAD), self.config.margin, NO_WALL
+        )
+        return curvature if cut.free >= LOOKAHEAD - 1e-6 else way.moves[0, 1] / abs(way.moves[0, 0])
 
     def _averaged(self, t, v, w):
         """What is wished for (m/s, rad/s), averaged over steady_time."""

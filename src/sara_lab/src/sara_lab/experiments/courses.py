@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sara_common.paths import merged
+from sara_common.files import merged
 from sara_common.planar import compose
 from sara_common.platforms import parameters
 from sara_sim.chair import SimulatedChair

@@ -21,7 +21,7 @@ from scipy import ndimage
 
 from sara_bringup.lockstep.lockstep import Lockstep, LockstepError
 from sara_bringup.paths import share
-from sara_common.paths import merged
+from sara_common.files import merged
 from sara_common.planar import Pose2D, wrap
 from sara_common.platforms import parameters
 from sara_lab.journeys.travel import Recorder, reach

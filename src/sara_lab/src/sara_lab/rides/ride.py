@@ -96,8 +96,8 @@ class Log:
 
 
 def prepare(lockstep: Lockstep, way: str, config: AssistConfig | None = None) -> Assisted | None:
-    """Make a Lockstep ready for one of the WAYS; returns what assists it. config: SARA's where none is given. Raises
-    ValueError.
+    """Make a Lockstep ready for one of the WAYS; returns what assists it. config: the profile at start where none is
+    given. Raises ValueError.
     """
     if way not in WAYS:
         raise ValueError(f'way is {way!r}, allowed are {", ".join(WAYS)}')
@@ -108,14 +108,15 @@ def prepare(lockstep: Lockstep, way: str, config: AssistConfig | None = None) ->
     return Assisted(lockstep, SharedControl(config or assist_config()))
 
 
-def assist_config() -> AssistConfig:
-    """SARA's own."""
-    return HelpProfiles.from_params(parameters('sara_control', 'assist.yaml')).config
+def assist_config(rider: str = '') -> AssistConfig:
+    """The profile that a rider chooses: `switches` who has those, else the one at start."""
+    profiles = HelpProfiles.from_params(parameters('sara_control', 'assist.yaml'))
+    return profiles.configs['switches'] if rider == 'four_directions' else profiles.config
 
 
 def ride(circuit: str, rider: str, way: str, seed: int, config: AssistConfig | None = None) -> Ride:
     """Drive a circuit (a name of circuits()) on the chair `seed`, whose rider's luck is drawn from it too. rider: of
-    sara_sim's RIDERS; way: of WAYS. config: of shared control.
+    sara_sim's RIDERS; way: of WAYS. config: of shared control; None: the profile that the rider chooses.
     """
     return logged_ride(circuit, rider, way, seed, config)[0]
 
@@ -131,7 +132,7 @@ def ride_through(
     """As `logged_ride`, through any Circuit. names: (its name, rider, way, seed)."""
     _, rider, way, seed = names
     lockstep = Lockstep(course.grid, course.start, seed, localization='fake')
-    assisted = prepare(lockstep, way, config)
+    assisted = prepare(lockstep, way, config or assist_config(rider))
     log, touched, passed = drive(lockstep, rider_of(rider, course.task, seed), course.checkpoints, assisted)
     return _judged(names, course, lockstep, log, (touched, passed)), log
 

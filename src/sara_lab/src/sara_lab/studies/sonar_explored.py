@@ -13,7 +13,7 @@ import numpy as np
 from canserial.reader.readings import FIELD_OF_VIEW, RangeReading
 from sara_bringup.lockstep.localization import Estimate
 from sara_bringup.lockstep.ranges import mountings
-from sara_common.paths import merged
+from sara_common.files import merged
 from sara_common.planar import compose
 from sara_common.platforms import chosen, parameters
 from sara_lab.studies.explored import Exploration
