@@ -253,6 +253,24 @@ class TestDocks:
         )
         assert rows[-1][0][0] > 4.4 and rows[-1][0][1] > 3.45
 
+    @pytest.mark.parametrize(
+        ('seen', 'again'),
+        [
+            ([(1.0, 2.9), (5.0, 2.5)], True),
+            ([(1.0, 2.9)], False),
+            ([(1.0, 1.0), (5.0, 2.5)], False),  # it was away
+            ([(1.0, 2.5), (70.0, 2.5)], False),  # long ago
+            ([(1.0, 2.5), (-1.0, 2.5)], False),  # the clock was set back
+        ],
+    )
+    def test_who_comes_again(self, seen, again):
+        docked = docking.Docked()
+        docked.see(0.0, (2.5, 3.0, 0.0))
+        docked.brings_up(0.5, (3.0, 3.0, 0.0))
+        for t, x in seen:
+            docked.see(t, (x, 3.0, 0.0))
+        assert docked.again is again
+
     def test_who_backs_off_and_comes_again_goes_by(self):
         def rider(t, pose):
             return None if pose[0] > 4.5 else (-0.2, 0.0) if 8.0 < t < 11.0 else (0.3, 0.0)

@@ -19,8 +19,8 @@ BESIDE, BEHIND = 0.7, 0.3
 """m beside the body where it ends, or it is a wall; m that is free there behind its front."""
 STRAIGHT = 0.3
 """1/m; who bends more than that goes by."""
-BACKED, GONE = 0.15, 1.2
-"""m from where the robot was nearest: who was so far away comes again, and who was so far does not."""
+BACKED, GONE, FORGOTTEN = 0.15, 1.2, 60.0
+"""m from where the robot was nearest: who was so far away comes again; who was so far does not, nor after so many s."""
 TOUCHES, STEP = 0.01, 0.02
 """m to what is blocked that ends a ray; least m between two looks."""
 
@@ -61,24 +61,27 @@ def _far(field, size, pose, ray):
 
 
 class Docked:
-    """Where the robot was brought up to such a thing last."""
+    """When and where the robot was brought up to such a thing last. `again`: whether it has been backed off since, and
+    is still about there.
+    """
 
     def __init__(self) -> None:
-        self._place, self._backed = None, False
+        self.again = False
+        self._last: tuple[float, tuple[float, float]] | None = None
 
-    def near(self, pose: tuple[float, float, float]) -> None:
-        """It is brought up, and at a pose now."""
-        self._place, self._backed = pose[:2], False
+    def see(self, t: float, pose: tuple[float, float, float]) -> None:
+        """The robot is at a pose (m, rad) at t (s)."""
+        if self._last is None:
+            return
+        since, place = self._last
+        away = math.dist(pose[:2], place)
+        self.again = self.again or away > BACKED
+        if away > GONE or not 0.0 <= t - since <= FORGOTTEN:
+            self.again, self._last = False, None
 
-    def comes_again(self, pose: tuple[float, float, float]) -> bool:
-        """Whether a robot that is at a pose now has been backed off from there. To be asked in each step."""
-        if self._place is None:
-            return False
-        away = math.dist(pose[:2], self._place)
-        if away > GONE:
-            self._place = None
-        self._backed = self._backed or away > BACKED
-        return self._backed and self._place is not None
+    def brings_up(self, t: float, pose: tuple[float, float, float]) -> None:
+        """It is brought up, and at a pose at t."""
+        self.again, self._last = False, (t, pose[:2])
 
 
 def warm() -> None:

@@ -119,6 +119,7 @@ class SharedControl:
             self._rest()
             return Assisted(v, w, Correction.UNKNOWN)
         pose = advanced(*map(float, pose), *map(float, driven), self.config.latency)
+        self._docked.see(t, pose)
         near = gap(self._field, self._outline, *pose) < self.config.clear
         veered = self._veering.wish(t, v, w, self.config.veer_time)
         if near:
@@ -135,7 +136,7 @@ class SharedControl:
             self._last = 0.0
             result = self._turn(v, w, pose)
         else:
-            result = self._drive((v, w), steady, pose)
+            result = self._drive(t, (v, w), steady, pose)
         if result.correction is None and (v, w) != tuple(wish):
             result = result._replace(correction=Correction.CALMER if asked == tuple(wish) else Correction.VEERS)
         self._insistence.corrected(AGAINST.get(result.correction))
@@ -173,12 +174,12 @@ class SharedControl:
             return Assisted(0.0, 0.0, Correction.STOPS)
         return Assisted(v * rate / abs(w), math.copysign(rate, w), Correction.SLOWER)
 
-    def _drive(self, command, steady, pose):
+    def _drive(self, t, command, steady, pose):
         """A wish to drive: on a way about it that keeps clear. command, steady: (v m/s, w rad/s) as it is, and
         averaged.
         """
         v, w = command
-        c, sense, again = self.config, math.copysign(1.0, v), self._docked.comes_again(pose)
+        c, sense = self.config, math.copysign(1.0, v)
         asked = steady[1] / abs(steady[0]) / c.turn_slip
         wish = Wish(sense, asked, self._look(steady[0]))
         ahead = wish._replace(look=min(wish.look, OWN_LOOK))
@@ -190,8 +191,8 @@ class SharedControl:
         if keeps_clear and (leads_away or not self._led):
             self._last, self._led = asked, False
             return Assisted(v, w, None)
-        if not again and self._docks(pose, ahead):
-            self._docked.near(pose)
+        if not self._docked.again and self._docks(pose, ahead):
+            self._docked.brings_up(t, pose)
             self._led = False
             return self._slower(v, w, pose, ahead)
         way = self._way(pose, wish, weights)
