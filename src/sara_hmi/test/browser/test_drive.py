@@ -496,7 +496,7 @@ def pressed(page):
 
 
 @pytest.mark.parametrize(
-    'language, names', [('en', 'Much Little With switches None'), ('es', 'Mucha Poca Con pulsadores Ninguna')]
+    'language, names', [('en', 'Much Little Switches None'), ('es', 'Mucha Poca Botones Ninguna')]
 )
 def test_how_much_the_chair_helps_is_chosen_in_the_settings(page, language, names):
     page.load('settings', language=language)
