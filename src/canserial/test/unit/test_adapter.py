@@ -104,6 +104,22 @@ def test_udp_multicast_hears_nothing_of_another_group_at_its_port():
             adapter.close()
 
 
+def test_a_bus_that_cannot_be_set_up_is_shut_down(monkeypatch):
+    shut = []
+
+    class Bus:
+        def shutdown(self):
+            shut.append(self)
+
+        def fileno(self):
+            raise OSError('no socket')
+
+    monkeypatch.setattr(can, 'Bus', lambda **_: Bus())
+    with pytest.raises(AdapterError, match='no socket'):
+        Adapter(AdapterConfig(interface='udp_multicast', port='239.74.163.2')).open()
+    assert len(shut) == 1
+
+
 def test_udp_multicast_carries_frames_between_two_adapters():
     config = AdapterConfig(interface='udp_multicast', port='239.74.163.2', options={'port': 43900})
     here, there = Adapter(config), Adapter(config)

@@ -495,9 +495,7 @@ def pressed(page):
     return page.js('document.querySelector("[data-help][aria-pressed=true]")?.dataset.help ?? null')
 
 
-@pytest.mark.parametrize(
-    'language, names', [('en', 'Much Little Switches None'), ('es', 'Mucha Poca Botones Ninguna')]
-)
+@pytest.mark.parametrize('language, names', [('en', 'Much Little Switches None'), ('es', 'Mucha Poca Botones Ninguna')])
 def test_how_much_the_chair_helps_is_chosen_in_the_settings(page, language, names):
     page.load('settings', language=language)
     assert page.js('document.querySelectorAll("[data-help]").length') == 0

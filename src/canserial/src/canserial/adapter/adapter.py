@@ -61,9 +61,7 @@ class Adapter:
         """Open the port and the CAN channel. Raises AdapterError (NoDriver)."""
         self.close()
         try:
-            bus = can.Bus(**self.config.keywords())
-            if self.config.interface == 'udp_multicast':
-                _hear_own_group_only(bus)
+            bus = _bus_of(self.config)
         except (can.CanInterfaceNotImplementedError, ImportError) as error:
             raise NoDriver(_why(error)) from error
         except (can.CanError, OSError, ValueError, TypeError) as error:
@@ -166,6 +164,18 @@ def _why(error):
         beneath = beneath.__cause__ or beneath.__context__
     cause = str(error.__cause__ or '')
     return str(error) if cause in str(error) else f'{error} ({cause})'
+
+
+def _bus_of(config):
+    """An open can.Bus."""
+    bus = can.Bus(**config.keywords())
+    if config.interface == 'udp_multicast':
+        try:
+            _hear_own_group_only(bus)
+        except OSError:
+            bus.shutdown()
+            raise
+    return bus
 
 
 def _hear_own_group_only(bus):
