@@ -490,6 +490,27 @@ def test_that_the_chair_does_not_help_is_said_on_every_screen(page):
     page.until(f'document.querySelector(".doing").textContent === "{sentence}"')
 
 
+def test_a_low_battery_is_shown_and_spoken_of_once_and_again_where_it_is_nearly_empty(page):
+    def spoken():
+        return [frame['values']['percent'] for frame in page.chair.frames('say') if frame['key'] == 'ui.battery_low']
+
+    page.load('drive', speech='chair')
+    page.until('document.getElementById("facts").textContent === "Battery 82 %"')
+    for share, told in (
+        (0.2, ['20']),
+        (0.19, ['20']),
+        (0.1, ['20', '10']),
+        (0.21, ['20', '10']),
+        (0.09, ['20', '10', '9']),
+    ):
+        page.chair.state['battery'] = {'share': share, 'volts': 23.0}
+        low = ': charge it soon' if share <= 0.2 else ''
+        page.until(f'document.getElementById("facts").textContent === "Battery {100 * share:.0f} %{low}"')
+        page.chair.wait(lambda told=told: spoken() == told)
+    page.driver.execute_script('location.hash = "why"')
+    page.until('document.getElementById("screen").textContent.includes("Battery 9 %: charge it soon")')
+
+
 def pressed(page):
     """The profile that is shown as the one in use."""
     return page.js('document.querySelector("[data-help][aria-pressed=true]")?.dataset.help ?? null')

@@ -7,6 +7,8 @@ import { number, say } from './words.js';
 const LASTS_MS = 400;
 const FOLLOWING_MS = 2500;
 const AGAIN_MS = 10000; // what shared control does is spoken once in this time
+const LOW = [0.1, 0.2]; // of a full battery: each is spoken of once
+const CHARGED = 0.05; // more than that, and it is spoken of again
 
 export class Status {
   constructor(app) {
@@ -14,6 +16,7 @@ export class Status {
     this.since = null;
     this.spoken = {};
     this.unhelped = null;
+    this.low = Infinity; // of LOW, what was spoken of last
   }
 
   begin() {
@@ -27,6 +30,7 @@ export class Status {
     this.facts();
     this.deviation();
     this.tellUnhelped();
+    this.tellBattery();
   }
 
   /** Say that shared control does not help, wherever it is shown. */
@@ -34,6 +38,15 @@ export class Status {
     const key = this.app.chair.unhelped;
     if (key !== this.unhelped && key) this.app.speech.say(key);
     this.unhelped = key;
+  }
+
+  /** Say that the battery is low, wherever it is shown. */
+  tellBattery() {
+    const share = this.app.chair.state?.battery?.share;
+    if (typeof share !== 'number') return;
+    const low = LOW.find((level) => share <= level) ?? Infinity;
+    if (low < this.low) this.app.speech.say('ui.battery_low', { percent: number(share * 100, 0) });
+    if (low < this.low || share > this.low + CHARGED) this.low = low;
   }
 
   /** The sentence for everybody, and for screen readers. */
@@ -81,10 +94,7 @@ export class Status {
   /** Battery, and who drives. */
   known() {
     const { chair } = this.app;
-    const texts = [];
-    const battery = chair.state?.battery;
-    if (battery && battery.share !== null && battery.share !== undefined) texts.push(say('ui.battery', { percent: number(battery.share * 100, 0) }));
-    else if (battery?.volts) texts.push(say('ui.battery_volts', { volts: number(battery.volts, 1) }));
+    const texts = [batteryText(chair)].filter(Boolean);
     if (chair.isDriver) texts.push(say('ui.you_drive'));
     else if (chair.driver !== null) texts.push(say('ui.other_drives', { name: chair.driverName || say('ui.somebody') }));
     return texts;
@@ -119,6 +129,15 @@ export class Status {
     if (key) return LASTS_MS;
     return ['DRIVING', 'IDLE'].includes(this.app.chair.state.gate?.state) ? FOLLOWING_MS : LASTS_MS;
   }
+}
+
+/** How full the battery is; empty where it does not say. */
+export function batteryText(chair) {
+  const { share, volts } = chair.state?.battery ?? {};
+  if (typeof share === 'number') {
+    return say(share <= LOW.at(-1) ? 'ui.battery_low' : 'ui.battery', { percent: number(share * 100, 0) });
+  }
+  return volts ? say('ui.battery_volts', { volts: number(volts, 1) }) : '';
 }
 
 /** forward, left, ... of a command in shares; `still` below a tenth. */

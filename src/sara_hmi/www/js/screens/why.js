@@ -1,7 +1,8 @@
 // Why the chair does what it does, and what would help; battery, sensors, the last stops.
 
 import { button, el, fill } from '../dom.js';
-import { currentLanguage, has, number, say } from '../words.js';
+import { batteryText } from '../status.js';
+import { currentLanguage, has, say } from '../words.js';
 import { whereCard } from './where.js';
 
 export function show(app, screen) {
@@ -27,7 +28,7 @@ export function show(app, screen) {
     put(told, 'assist', assistText(chair), (text) => { assist.textContent = text; });
     put(told, 'help', helpText(chair), (text) => { help.textContent = text; });
     where.update();
-    put(told, 'battery', batteryText(chair), (text) => { battery.textContent = text; });
+    put(told, 'battery', batteryText(chair) || say('ui.battery_unknown'), (text) => { battery.textContent = text; });
     put(told, 'sensors', JSON.stringify(chair.state?.connected ?? {}), () => drawSensors(chair, sensors));
     put(told, 'history', JSON.stringify(chair.history), () => drawHistory(chair, history));
   };
@@ -68,13 +69,6 @@ function sayAll(app) {
   } else {
     app.speech.sayText(`${say(key, values)} ${helpText(app.chair)}`);
   }
-}
-
-function batteryText(chair) {
-  const battery = chair.state?.battery;
-  if (!battery) return say('ui.battery_unknown');
-  if (typeof battery.share === 'number') return say('ui.battery', { percent: number(battery.share * 100, 0) });
-  return typeof battery.volts === 'number' ? say('ui.battery_volts', { volts: number(battery.volts, 1) }) : say('ui.battery_unknown');
 }
 
 function drawSensors(chair, list) {
