@@ -11,7 +11,7 @@ import numpy as np
 
 def cos_sin(angles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """The cosines and the sines of angles (rad, of any shape)."""
-    angles = np.ascontiguousarray(angles)
+    angles = np.asarray(angles, order='C')
     return np.cos(angles), np.sin(angles)
 
 

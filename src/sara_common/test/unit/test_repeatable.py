@@ -40,6 +40,7 @@ def test_they_are_what_they_are_called():
     assert directions(steps) == pytest.approx([math.atan2(y, x) for x, y in steps.tolist()])
     cosines, sines = cos_sin(steps)
     assert cosines == pytest.approx(np.cos(steps)) and sines == pytest.approx(np.sin(steps))
+    assert all(of.shape == () for of in cos_sin(np.float64(1.0)))
     assert weighted_sum(weights, steps[:, 0]) == pytest.approx(math.fsum(weights * steps[:, 0]))
     assert times(steps.T, weights) == pytest.approx(steps.T @ weights)
     assert len(directions(np.empty((0, 2)))) == 0
