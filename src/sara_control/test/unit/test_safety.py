@@ -538,6 +538,13 @@ def test_who_creeps_up_to_an_obstacle_stops_within_a_centimetre():
     assert sum(speeds) * DT < 0.01
 
 
+def test_who_creeps_up_to_an_obstacle_and_is_asked_back_is_slowed_within_the_jerk_limit():
+    bench = Bench().driving(0.1)
+    see(bench, 'F', 0.12)
+    assert bench.zones.scale(0.1, 0.0)[0] == 0.0
+    assert bench.ask(-0.2).step().v >= 0.1 - 0.8 * DT * DT - 1e-12
+
+
 def test_a_command_into_an_obstacle_ends_another_motion_within_the_jerk_limit():
     bench = Bench().driving(0.4)
     see(bench, 'B', 0.12)
@@ -558,6 +565,17 @@ def test_after_a_hard_brake_for_an_obstacle_the_chair_sets_out_on_the_curve_that
     bench.ask(-0.2, 0.16)
     curves = [abs(bench.decision.w / bench.decision.v) for _ in range(8) if bench.step().v < 0.0]
     assert len(curves) == 8 and max(curves) < 1.15 * 0.16 / 0.2
+
+
+@pytest.mark.parametrize('distance, kept', [(0.5, True), (math.inf, False)])
+def test_near_an_obstacle_the_chair_sets_out_on_the_curve_that_it_is_to_drive(distance, kept):
+    bench = Bench()
+    bench.ask(0.0).step()
+    see(bench, 'F', distance)
+    bench.ask(0.4, 0.32)
+    assert (bench.zones.scale(0.4, 0.32)[0] < 1.0) is kept
+    curves = [bench.decision.w / bench.decision.v for _ in range(8) if bench.step().v > 0.0]
+    assert len(curves) == 8 and (max(curves) < 1.15 * 0.32 / 0.4) is kept
 
 
 def test_a_hard_brake_for_an_obstacle_is_forgotten_by_a_loss():
