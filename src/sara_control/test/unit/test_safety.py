@@ -11,6 +11,7 @@ from sara_control.gate.comfort import Comfort, Profile
 from sara_control.gate.gate_config import GateConfig
 from sara_control.gate.reasons import Reason, State
 from sara_control.gate.safety import Command, Decision, Inputs, SafetyGate, _recent
+from sara_control.zones.caution import CautionConfig
 from sara_control.zones.zone_config import RangeSensor, ZoneConfig
 from sara_control.zones.zones import Zones
 
@@ -24,11 +25,14 @@ SENSORS = (
 )
 
 
+ZONES = ZoneConfig(sensors=SENSORS, length=1.08, width=0.58)
+
+
 class Bench:
     """A gate, a time, and inputs that are all well and of now but for those in `changed`."""
 
     def __init__(self, config=CONFIG, profile=Profile(), start=100.0):
-        self.zones = Zones(ZoneConfig(sensors=SENSORS, length=1.08, width=0.58))
+        self.zones = Zones(ZONES)
         self.comfort = Comfort(profile)
         self.gate = SafetyGate(config, self.comfort, self.zones)
         self.t = start
@@ -303,6 +307,26 @@ def test_the_newest_reason_is_told_while_it_stands():
     assert bench.step().reason is Reason.RANGES
 
 
+@pytest.mark.parametrize(
+    'silent, frozen, reason',
+    [('imu', True, Reason.IMU_FROZEN), ('imu', False, Reason.IMU), ('ranges', True, Reason.RANGES)],
+)
+def test_an_imu_that_is_silent_because_it_stands_still_is_called_so(silent, frozen, reason):
+    bench = Bench().driving()
+    bench.changed = {silent: -math.inf, 'imu_frozen': frozen}
+    assert bench.step().reason is reason
+
+
+@pytest.mark.parametrize(
+    'off, well',
+    [(CONFIG.imu_timeout, True), (math.nextafter(CONFIG.imu_timeout, 1.0), False), (-0.1, True), (-0.11, False)],
+)
+def test_the_ends_of_what_is_heard_in_time_belong_to_it(off, well):
+    bench = Bench(start=-DT).ask(0.0)
+    bench.changed = {'imu': -off}
+    assert (bench.step().state is State.IDLE) is well and bench.t == 0.0
+
+
 def test_the_gravest_reason_is_told():
     bench = Bench().driving()
     order = [
@@ -569,13 +593,38 @@ def test_after_a_hard_brake_for_an_obstacle_the_chair_sets_out_on_the_curve_that
 
 @pytest.mark.parametrize('distance, kept', [(0.5, True), (math.inf, False)])
 def test_near_an_obstacle_the_chair_sets_out_on_the_curve_that_it_is_to_drive(distance, kept):
-    bench = Bench()
+    bench = Bench(start=0.0)
     bench.ask(0.0).step()
     see(bench, 'F', distance)
     bench.ask(0.4, 0.32)
     assert (bench.zones.scale(0.4, 0.32)[0] < 1.0) is kept
     curves = [bench.decision.w / bench.decision.v for _ in range(8) if bench.step().v > 0.0]
     assert len(curves) == 8 and (max(curves) < 1.15 * 0.32 / 0.4) is kept
+
+
+@pytest.mark.parametrize('pause, kept', [(40, True), (60, False)])
+def test_for_a_second_after_it_was_slowed_too(pause, kept):
+    bench = Bench()
+    bench.ask(0.0).step()
+    see(bench, 'F', 0.25)
+    bench.ask(0.2).step()
+    bench.ask(0.0).step(pause)
+    see(bench, 'F', math.inf)
+    bench.ask(0.4, 0.32)
+    curves = [bench.decision.w / bench.decision.v for _ in range(5) if bench.step().v > 0.0]
+    assert len(curves) == 5 and (max(curves) < 1.15 * 0.32 / 0.4) is kept
+
+
+def test_patience_lasts_as_long_as_it_says():
+    def until(*blocked, patience=0.125):
+        gate = SafetyGate(CONFIG, Comfort(Profile()), Zones(ZONES, CautionConfig(patience=patience)))
+        gave_up = [gate._out_of_patience(0.0625, stands, stands) for stands in blocked]
+        return gave_up.index(True) + 1 if True in gave_up else None
+
+    assert until(True, True, True) == 2 and until(True, True, True, True, patience=0.15) == 3
+    assert until(False, False, False, True, True, True) == 5
+    assert until(True, False, True, True) == 4 and until(*10 * [True], patience=0.0) is None
+    assert until(*40 * [True], patience=2.0) == 32
 
 
 def test_a_hard_brake_for_an_obstacle_is_forgotten_by_a_loss():

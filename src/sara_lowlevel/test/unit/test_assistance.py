@@ -273,6 +273,10 @@ def test_the_pc_follows_until_it_has_stood_with_the_stick_centred(wheels):
     assert one.agrees((0.0, 0.0), 9.1) and one.agrees(wheels, 99.0)
 
 
+def test_a_stick_that_is_held_from_the_beginning_is_none_that_was_held_while_the_switch_was_turned():
+    assert Assistance(MotorConfig.of(), STEP).on_stick(0.0, 1, Stick(1, 1, True)) is None
+
+
 def test_time_in_vain_is_counted_between_two_pushes_and_over_a_gap_little():
     def after(*pushes, notice=NOTICE_S):
         one = Assistance(MotorConfig.of(notice_time=notice), STEP)
