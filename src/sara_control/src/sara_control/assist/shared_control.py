@@ -22,12 +22,11 @@ from sara_control.assist.correction import Correction
 from sara_control.assist.insistence import Insistence
 from sara_control.assist.local_grid import LocalGrid, field_of, gap, outline_of
 from sara_control.assist.rollouts import Wish
-from sara_control.assist.veering import Veering
+from sara_control.assist.veering import SLOW, Veering
 from sara_control.assist.way_search import Weights
 
 AHEAD = 0.1  # s: a time may be this far in the future
 SPACING = 0.15  # m between points of the outline
-SLOW = 0.04  # m/s; a wish for less is one to turn in place
 SHARPEST = 3.0  # 1/m of curvature; a wish for more turns in place as well
 CALM = 0.15  # 1/m; a curve that bends otherwise by less is the wish's own
 OWN_LOOK = 1.3  # m of the rider's own way that are looked at

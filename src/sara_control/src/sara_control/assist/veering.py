@@ -9,15 +9,15 @@ import math
 
 SHARE = 0.6
 """Of the turn rate asked for that a robot veers with: a switch is pressed for longer than a small bend needs."""
-LEAST = 0.04
-"""m/s; a wish for less does not drive."""
+SLOW = 0.04
+"""m/s; a wish for less is one to turn in place."""
 
 
 class Veering:
     """Remembers how a rider drove."""
 
     def __init__(self) -> None:
-        self._v, self._at = 0.0, -math.inf
+        self.stop()
 
     def stop(self) -> None:
         """The rider commands no more."""
@@ -25,7 +25,7 @@ class Veering:
 
     def wish(self, t: float, v: float, w: float, lasts: float) -> tuple[float, float]:
         """What (v m/s, w rad/s) means, asked for at t (s): a turn in place within `lasts` s of driving is a bend."""
-        if abs(v) >= LEAST:
+        if abs(v) >= SLOW:
             self._v, self._at = v, t
         elif w != 0.0 and 0.0 <= t - self._at <= lasts:
             return self._v, SHARE * w
