@@ -27,14 +27,7 @@ def main() -> None:
     """
     start_node('trails')
     frame = rospy.get_param('~map_frame', 'map')
-    start = rospy.get_param('~start', [0.0, 0.0, 0.0])
-    try:
-        wheels = WheelsAlone(tuple(float(value) for value in start))
-        if len(start) != 3:
-            raise ValueError
-    except (TypeError, ValueError):
-        rospy.logfatal('~start is %r, allowed is [x, y, yaw], m and rad', start)
-        raise SystemExit(1) from None
+    wheels = _wheels_alone()
     trails = {
         name: (Trail(), rospy.Publisher(f'~{name}', Path, queue_size=1, latch=True))
         for name in ('fused', 'wheels_alone', 'true')
@@ -65,6 +58,19 @@ def main() -> None:
 
     rospy.Timer(rospy.Duration(PERIOD_S), show, reset=True)
     rospy.spin()
+
+
+def _wheels_alone():
+    """The WheelsAlone from ~start on."""
+    start = rospy.get_param('~start', [0.0, 0.0, 0.0])
+    try:
+        wheels = WheelsAlone(tuple(float(value) for value in start))
+        if len(start) != 3:
+            raise ValueError
+    except (TypeError, ValueError):
+        rospy.logfatal('~start is %r, allowed is [x, y, yaw], m and rad', start)
+        raise SystemExit(1) from None
+    return wheels
 
 
 def _path(poses, frame):
