@@ -218,6 +218,27 @@ def test_what_stands_in_the_way_still_does_and_its_side_is_told():
     assert at_once.zones.scale(0.8, 0.0)[0] == 0.0
 
 
+def test_before_who_comes_the_chair_is_slower_than_before_what_stands():
+    """1.2 m before the chair: a post, and somebody who has walked there, towards it."""
+    stands = Ride(lambda _: [(1.84, 0.0, 0.1)]).run(0.0, 0.0, 2.0)
+    walks = Ride(lambda t: [(3.24 - 0.7 * max(t - 10.0, 0.0), 0.0, 0.1)]).run(0.0, 0.0, 2.0)
+    gentle, reaction = stands.zones._stopping(True), SCAN.reaction_time + ZONES.ease
+    post, person = (0.8 * ride.zones.scan.limit(0.8, 0.0, gentle, ZONES.ease)[0] for ride in (stands, walks))
+    assert len(walks.zones.scan.movers.x) > 3 and len(stands.zones.scan.movers.x) == 0
+    assert post > 0.7 and 0.0 < person < 0.3
+    goes = person * reaction + person**2 / (2.0 * gentle.braking)
+    comes = SCAN.approach * (reaction + person / gentle.braking)
+    assert goes + comes == pytest.approx(1.2 - SCAN.stop_distance, abs=0.1)
+
+
+def test_a_jamb_that_the_front_has_passed_is_known_after_a_wait_in_the_door():
+    ride = Ride(lambda _: [(1.2, 0.45, 0.05)]).run(0.5, 0.0, 2.6).run(0.0, 0.0, 8.0)
+    gentle = ride.zones._stopping(True)
+    assert ride.in_base((1.2, 0.45))[0] < 0.0, 'it is beside the rear'
+    assert ride.zones.scan.limit(0.0, -0.5, gentle, ZONES.ease) < (0.5, 'left')
+    assert ride.zones.scan.limit(0.3, 0.0, gentle, ZONES.ease)[0] >= 1.0
+
+
 def test_an_echo_that_no_hit_explains_keeps_all_its_places():
     """A table's edge: the sonar hears it at 1 m, and the scanner looks below it."""
     ride = Ride(lambda _: [])
@@ -330,7 +351,17 @@ def test_who_is_heard_to_walk_is_not_carved_away():
 
 
 @pytest.mark.parametrize(
-    'change', [{'memory': 0}, {'enabled': 1}, {'view_deg': 'wide'}, {'x': math.nan}, {'colour': 1}, {'yaw': 0.0}]
+    'change',
+    [
+        {'memory': 0},
+        {'still_memory': 0},
+        {'approach': -1},
+        {'enabled': 1},
+        {'view_deg': 'wide'},
+        {'x': math.nan},
+        {'colour': 1},
+        {'yaw': 0.0},
+    ],
 )
 def test_what_is_wrong_is_named(change):
     with pytest.raises(ConfigError) as error:

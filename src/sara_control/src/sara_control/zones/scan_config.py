@@ -13,8 +13,9 @@ class ScanConfig:
 
     timeout: s without a scan until the sonars' limits hold alone. reaction_time: s from an obstacle to the wheels'
     answer. stop_distance: m before contact. creep_speed: m/s, allowed up to there. memory: s for which what was seen is
-    kept. walk: m/s at which somebody may come to where nothing is seen. tolerance: m between an echo and the hit that
-    explains it.
+    kept; still_memory: s for what stood still. walk: m/s at which somebody may come to where nothing is seen.
+    approach: m/s at which what moves may come towards the chair. tolerance: m between an echo and the hit that explains
+    it.
     """
 
     enabled: bool = False
@@ -27,13 +28,17 @@ class ScanConfig:
     stop_distance: float = 0.1
     creep_speed: float = 0.1
     memory: float = 3.0
+    still_memory: float = 20.0
     walk: float = 1.0
+    approach: float = 0.8
     tolerance: float = 0.1
 
     def __post_init__(self):
+        times = ('timeout', 'reaction_time', 'memory', 'still_memory')
         faults = number_faults(
             self,
-            above_0=('view', 'timeout', 'reaction_time', 'stop_distance', 'creep_speed', 'memory', 'walk', 'tolerance'),
+            above_0=('view', *times, 'stop_distance', 'creep_speed', 'walk', 'tolerance'),
+            from_0=('approach',),
         )
         faults += [
             f'{name} is {getattr(self, name)!r}, allowed are numbers'

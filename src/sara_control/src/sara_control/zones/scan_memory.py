@@ -2,35 +2,60 @@
 
 A grid of fixed cells in the frame of reckoning.py, which follows the chair. A cell is free when a ray has passed
 through it. Without being seen again it stays free only as long as nobody who walks can have come there: cells of which
-nothing is known spread over it at walking speed, around what stands there. Compiled by numba.
+nothing is known spread over it at walking speed, around what stands there.
+
+What stood still for a while is a wall or a jamb, and is remembered longer: a chair that waits in a door must know of
+the jamb that its front has passed. What is hit in a cell that was free, as all about it and behind it was, moves.
+Compiled by numba.
 """
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
 from ahead_of_time import kernel
 
 CELL = 0.05  # m
-CELLS = 128  # along each side
+CELLS = 160  # along each side
 SLACK = 0.02  # m before a hit that are not called free: two standard deviations of a scanner
+STILL = 1.0  # s for which what is hit again and again in a cell stands still
+GAP = 0.5  # s that may be between two hits of the same thing
+BEHIND = 0.1, 0.15  # m behind a hit that was free if it came there: farther than noise moves a wall
 NEVER = -1.0e9
 
 
-class ScanMemory:
-    """walk: m/s at which somebody may come into a free cell that is not seen. memory: s for which anything is kept."""
+class Cells(NamedTuple):
+    """Arrays (rows, columns). free: s, when last seen so; NEVER once something is hit, or somebody may be there. seen:
+    s, when a ray passed last, whatever came later. hit: s, when last hit; since: from when on without a GAP. came:
+    whether what is hit came to where it was free. x, y: m, of the newest hit.
+    """
 
-    def __init__(self, walk: float, memory: float) -> None:
+    free: np.ndarray
+    seen: np.ndarray
+    hit: np.ndarray
+    since: np.ndarray
+    came: np.ndarray
+    x: np.ndarray
+    y: np.ndarray
+
+
+class ScanMemory:
+    """walk: m/s at which somebody may come into a free cell that is not seen. memory: s for which what was seen is
+    kept; still_memory: s for what stood still.
+    """
+
+    def __init__(self, walk: float, memory: float, still_memory: float) -> None:
         warm()
-        self._walk, self._memory = walk, memory
+        self._walk, self._memory, self._still_memory = walk, memory, max(memory, still_memory)
         self.clear()
 
     def clear(self) -> None:
         """Forget everything."""
-        self._free, self._hit = np.full((2, CELLS, CELLS), NEVER)  # s, when last seen so
-        self._hits = np.zeros((2, CELLS, CELLS))  # x, y of each cell's newest hit, m
+        self._cells = nothing_seen(CELLS)
         self._corner = None  # column, row of the grid's first cell, counted from the frame's origin
         self._newest = NEVER
+        self._there = np.zeros((CELLS, CELLS), bool)  # where something was hit and is remembered
 
     def add(self, stamp: float, sensor: tuple[float, float], ends: np.ndarray, hit: np.ndarray) -> None:
         """A sweep of stamp (s): the rays from `sensor` (x, y; m) reached `ends` (n, 2), and hit something there or not
@@ -41,10 +66,17 @@ class ScanMemory:
         # Somebody walks along rows and columns here, farther than as the crow flies.
         steps = math.ceil(math.sqrt(2.0) * self._walk * gone / CELL)
         if steps:
-            spread(self._free, self._hit, stamp - self._memory, min(steps, CELLS))
+            spread(self._cells.free, self._remembered(stamp), stamp - self._memory, min(steps, CELLS))
         origin = CELL * self._corner[0], CELL * self._corner[1]
-        mark((self._free, self._hit, self._hits), origin, sensor, ends, (hit, float(stamp)))
-        self._newest = stamp
+        mark(self._cells, origin, sensor, ends, (hit, float(stamp), float(stamp - self._memory)))
+        self._newest, self._there = stamp, self._remembered(stamp)
+
+    def _remembered(self, stamp):
+        """(rows, columns) bool: where something was hit that at stamp (s) is remembered, and was not seen through."""
+        cells = self._cells
+        lately = cells.hit > stamp - self._memory
+        still = (cells.hit - cells.since >= STILL) & (cells.hit > stamp - self._still_memory)
+        return (lately | still) & (cells.hit >= cells.free)
 
     def _follow(self, middle):
         """Keep the grid about a place (m)."""
@@ -54,23 +86,32 @@ class ScanMemory:
         columns, rows = corner[0] - self._corner[0], corner[1] - self._corner[1]
         if max(abs(columns), abs(rows)) < CELLS // 8:
             return
-        for grid, nothing in ((self._free, NEVER), (self._hit, NEVER), (self._hits[0], 0.0), (self._hits[1], 0.0)):
-            _shift(grid, columns, rows, nothing)
+        for grid, nothing in zip(self._cells, nothing_seen(1)):
+            _shift(grid, columns, rows, nothing[0, 0])
         self._corner = corner
 
-    def places(self) -> np.ndarray:
-        """(n, 2) m where something was hit within the memory, and has not been seen through since."""
-        if self._corner is None:
-            return np.empty((0, 2))
-        there = (self._hit > self._newest - self._memory) & (self._hit >= self._free)
-        return np.ascontiguousarray(self._hits[:, there].T)
+    def places(self) -> tuple[np.ndarray, np.ndarray]:
+        """(n, 2) m where something was hit that is remembered and has not been seen through since; (n,) bool: which of
+        it moves.
+        """
+        cells, there = self._cells, self._there
+        hit, since = cells.hit[there], cells.since[there]
+        moves = cells.came[there] & (hit - since < STILL) & (hit > self._newest - GAP)
+        return np.column_stack([cells.x[there], cells.y[there]]), moves
 
     def known(self, points: np.ndarray) -> np.ndarray:
         """(n,) bool: which of `points` (n, 2; m) lie in cells that are free, or whose hit `places` tells."""
         if self._corner is None:
             return np.zeros(len(points), bool)
         origin = CELL * self._corner[0], CELL * self._corner[1]
-        return are_known(self._free, self._hit, origin, points, self._newest - self._memory)
+        return are_known(self._cells.free, self._there, origin, points, self._newest - self._memory)
+
+
+def nothing_seen(size: int) -> Cells:
+    """The Cells of a square grid where nothing was seen."""
+    free, seen, hit, since = np.full((4, size, size), NEVER)
+    x, y = np.zeros((2, size, size))
+    return Cells(free, seen, hit, since, np.zeros((size, size), bool), x, y)
 
 
 def _shift(grid, columns, rows, nothing):
@@ -85,19 +126,46 @@ def _shift(grid, columns, rows, nothing):
 
 
 @kernel
+def came_there(
+    seen: np.ndarray, origin: tuple[float, float], sensor: tuple[float, float], end: np.ndarray, since: float
+) -> bool:
+    """Whether a ray from `sensor` to `end` (2,) hits what came there: where it ends, in all cells about it, and behind
+    it rays passed after `since` (s). About a wall's cell they do not, at whatever angle they come.
+    """
+    rows, columns = seen.shape
+    dx, dy = end[0] - sensor[0], end[1] - sensor[1]
+    length = max(math.hypot(dx, dy), 1e-6)
+    for behind in (0.0, *BEHIND):
+        column = int(math.floor((end[0] + behind * dx / length - origin[0]) / CELL))
+        row = int(math.floor((end[1] + behind * dy / length - origin[1]) / CELL))
+        about = 2 if behind == 0.0 else 0
+        for r in range(row - about, row + about + 1):
+            for c in range(column - about, column + about + 1):
+                if not (0 <= r < rows and 0 <= c < columns and seen[r, c] > since):
+                    return False
+    return True
+
+
+@kernel
 def mark(
-    grids: tuple[np.ndarray, np.ndarray, np.ndarray],
+    cells: Cells,
     origin: tuple[float, float],
     sensor: tuple[float, float],
     ends: np.ndarray,
-    what: tuple[np.ndarray, float],
+    what: tuple[np.ndarray, float, float],
 ) -> None:
-    """Call the cells on the rays from `sensor` to `ends` (n, 2) free, then those of hits hit. grids: (free, hit, hits);
-    what: (which rays hit, stamp).
+    """Call the cells on the rays from `sensor` to `ends` (n, 2) free, then those of hits hit. what: (which rays hit,
+    stamp, s from which on a cell that was seen free has not changed unseen).
     """
-    free, hit, hits = grids
-    was_hit, stamp = what
-    rows, columns = free.shape
+    was_hit, stamp, since = what
+    rows, columns = cells.free.shape
+    came = np.zeros(len(ends), np.bool_)
+    for i in range(len(ends)):  # before this sweep changes anything
+        column = int(math.floor((ends[i, 0] - origin[0]) / CELL))
+        row = int(math.floor((ends[i, 1] - origin[1]) / CELL))
+        if was_hit[i] and 0 <= row < rows and 0 <= column < columns:
+            new = stamp - cells.hit[row, column] > GAP
+            came[i] = new and came_there(cells.seen, origin, sensor, ends[i], since)
     for i in range(len(ends)):
         dx, dy = ends[i, 0] - sensor[0], ends[i, 1] - sensor[1]
         length = math.hypot(dx, dy)
@@ -107,19 +175,21 @@ def mark(
             column = int(math.floor((sensor[0] + share * dx - origin[0]) / CELL))
             row = int(math.floor((sensor[1] + share * dy - origin[1]) / CELL))
             if 0 <= row < rows and 0 <= column < columns:
-                free[row, column] = stamp
+                cells.free[row, column] = cells.seen[row, column] = stamp
     for i in range(len(ends)):
         column = int(math.floor((ends[i, 0] - origin[0]) / CELL))
         row = int(math.floor((ends[i, 1] - origin[1]) / CELL))
         if was_hit[i] and 0 <= row < rows and 0 <= column < columns:
-            hit[row, column], free[row, column] = stamp, NEVER
-            hits[0, row, column], hits[1, row, column] = ends[i, 0], ends[i, 1]
+            if stamp - cells.hit[row, column] > GAP:
+                cells.since[row, column], cells.came[row, column] = stamp, came[i]
+            cells.hit[row, column], cells.free[row, column] = stamp, NEVER
+            cells.x[row, column], cells.y[row, column] = ends[i, 0], ends[i, 1]
 
 
 @kernel
-def spread(free: np.ndarray, hit: np.ndarray, since: float, steps: int) -> None:
-    """Cells that are not free take their neighbours, cell by cell, so many times. What was hit after `since` (s), and
-    not seen through, stands in their way.
+def spread(free: np.ndarray, there: np.ndarray, since: float, steps: int) -> None:
+    """Cells that were not seen free after `since` (s) take their neighbours, cell by cell, so many times; but not where
+    something is `there`.
     """
     rows, columns = free.shape
     for _ in range(steps):
@@ -131,29 +201,30 @@ def spread(free: np.ndarray, hit: np.ndarray, since: float, steps: int) -> None:
                 for down, right in ((-1, 0), (1, 0), (0, -1), (0, 1)):
                     r, c = row + down, column + right
                     outside = r < 0 or c < 0 or r >= rows or c >= columns
-                    if outside or (before[r, c] <= since and not (hit[r, c] > since and hit[r, c] >= before[r, c])):
+                    if outside or (before[r, c] <= since and not there[r, c]):
                         free[row, column] = NEVER
                         break
 
 
 @kernel
 def are_known(
-    free: np.ndarray, hit: np.ndarray, origin: tuple[float, float], points: np.ndarray, since: float
+    free: np.ndarray, there: np.ndarray, origin: tuple[float, float], points: np.ndarray, since: float
 ) -> np.ndarray:
-    """Which `points` (n, 2) lie in cells that were seen free or hit after `since` (s)."""
+    """Which `points` (n, 2) lie in cells that were seen free after `since` (s), or where something is `there`."""
     rows, columns = free.shape
     found = np.zeros(len(points), np.bool_)
     for i in range(len(points)):
         column = int(math.floor((points[i, 0] - origin[0]) / CELL))
         row = int(math.floor((points[i, 1] - origin[1]) / CELL))
         if 0 <= row < rows and 0 <= column < columns:
-            found[i] = free[row, column] > since or hit[row, column] > since
+            found[i] = free[row, column] > since or there[row, column]
     return found
 
 
 def warm() -> None:
     """Compile, or load from the cache, every kernel for the types it is called with."""
-    free, hit, hits, points = np.zeros((3, 3)), np.zeros((3, 3)), np.zeros((2, 3, 3)), np.ones((1, 2))
-    mark((free, hit, hits), (0.0, 0.0), (0.1, 0.1), points, (np.ones(1, np.bool_), 1.0))
-    spread(free, hit, 0.0, 1)
-    are_known(free, hit, (0.0, 0.0), points, 0.0)
+    cells, points, there = nothing_seen(3), np.ones((1, 2)), np.zeros((3, 3), np.bool_)
+    mark(cells, (0.0, 0.0), (0.1, 0.1), points, (np.ones(1, np.bool_), 1.0, 0.0))
+    came_there(cells.seen, (0.0, 0.0), (0.1, 0.1), points[0], 0.0)
+    spread(cells.free, there, 0.0, 1)
+    are_known(cells.free, there, (0.0, 0.0), points, 0.0)

@@ -1,9 +1,11 @@
 """What an optional laser scanner tells the distance zones, beside the sonars.
 
-Its hits are places like those on the arcs of the sonars' echoes, but exact ones, and of a quicker sensor. And a hit may
-explain an echo: where the scanner hit something in the sensor's cone at the echo's distance, the echo came from there,
-and the arc has no place where the scanner saw it free. An echo that no hit explains keeps all its places: what is too
-high or too low for the scanner, or came since it looked there, is where the sonar hears it.
+Its hits are places like those on the arcs of the sonars' echoes, but exact ones, and of a quicker sensor. What moves
+may come on towards the chair while it brakes.
+
+A hit may explain an echo: where the scanner hit something in the sensor's cone at the echo's distance, the echo came
+from there, and the arc has no place where the scanner saw it free. An echo that no hit explains keeps all its places:
+what is too high or too low for the scanner, or came since it looked there, is where the sonar hears it.
 
 A scan that is late, the same as the last one, or without sense ends all that at once; then the sonars' limits hold.
 """
@@ -22,12 +24,12 @@ from sara_control.zones.lost_echoes import NEAREST
 from sara_control.zones.reckoning import Reckoning
 from sara_control.zones.scan_config import ScanConfig
 from sara_control.zones.scan_memory import ScanMemory
-from sara_control.zones.zone_config import RangeSensor
+from sara_control.zones.zone_config import CRAWL, RangeSensor
 from sara_control.zones.zone_places import Body, Places, Stopping
 
 AHEAD = 0.1  # s: a stamp may be this far in the future
-FARTHEST = 2.5  # m from the scanner: farther rays are too far apart
-NEAR = 2.5  # m from base_link within which hits count
+FARTHEST = 2.9  # m from the scanner: from there on a chair of 0.8 m/s brakes gently before who comes
+NEAR = 3.4  # m from base_link within which hits count
 WITHIN = 0.02  # m inside the body's margin where a hit may seem to be
 SAME = 10  # ranges that are equal to those before: noise does not repeat itself
 TOO_NEAR = 0.05  # m: so much farther may a hit be that explains an echo nearer than a sensor measures
@@ -44,18 +46,21 @@ class Echo(NamedTuple):
 
 class ScanZones:
     """config: ScanConfig. half: of a sonar's cone, rad. body: Body. `hits`: Places of what the scanner hit, in the base
-    frame; `live`: whether a scan is fresh. `dropped`: why the last scan was not taken, or ''.
+    frame; `movers`: of those that move; `live`: whether a scan is fresh. `dropped`: why the last scan was not taken, or
+    ''.
     """
 
     def __init__(self, config: ScanConfig, half: float, body: Body) -> None:
         self.config, self._half, self._body = config, half, body
         self.reckoning = Reckoning()
         warm()
-        self._memory = ScanMemory(config.walk, config.memory)
+        self._memory = ScanMemory(config.walk, config.memory, config.still_memory)
         self._before, self._stamp, self._breaks = None, -math.inf, 0
-        self._points, self._seen_at, self._explained = np.empty((0, 2)), -math.inf, {}
+        self._points, self._moves = np.empty((0, 2)), np.zeros(0, bool)
+        self._seen_at, self._explained = -math.inf, {}
         self._begun = False  # before the first wheels and turn rates no way is known, and that is no fault
-        self.hits, self.live = _places_of(np.empty((0, 2)), body), False
+        self.hits = self.movers = _places_of(np.empty((0, 2)), body)
+        self.live = False
 
     def on_scan(self, sweep: Sweep, now: float) -> str:
         """Take a scan that came at now (s). Returns why it is not taken, or ''."""
@@ -97,7 +102,7 @@ class ScanZones:
 
     def _forget(self):
         self._memory.clear()
-        self._stamp, self._points = -math.inf, np.empty((0, 2))
+        self._stamp, self._points, self._moves = -math.inf, np.empty((0, 2)), np.zeros(0, bool)
 
     def _remember(self, sweep, ends):
         """Put a scan into the memory, each ray from where the scanner was at its time."""
@@ -114,9 +119,9 @@ class ScanZones:
         points = np.ascontiguousarray(swept(own, shares_of(rays, len(ranges)), first, last)[:, :2])
         middle = tuple(0.5 * (a + b) for a, b in zip(places[0][:2], places[1][:2]))
         self._memory.add(sweep.stamp, middle, points, hit)
-        near = self._memory.places()
-        x, y, _ = ends[1]
-        self._points = near[np.hypot(near[:, 0] - x, near[:, 1] - y) <= NEAR]
+        places, moves = self._memory.places()
+        near = np.hypot(*(places - ends[1][:2]).T) <= NEAR
+        self._points, self._moves = places[near], moves[near]
 
     def see(self, t: float) -> tuple[float, float, float] | None:
         """Bring `live` and `hits` to t (s). Returns the pose in the reckoned frame, None while no scan is fresh."""
@@ -124,14 +129,14 @@ class ScanZones:
         pose = self.reckoning.at(t, t) if -AHEAD <= t - self._stamp <= self.config.timeout else None
         self.live = pose is not None and self.reckoning.breaks == self._breaks
         if not self.live:
-            self.hits = _places_of(np.empty((0, 2)), self._body)
+            self.hits = self.movers = _places_of(np.empty((0, 2)), self._body)
             return None
         x, y, yaw = pose
         c, s = math.cos(yaw), math.sin(yaw)
         off = self._points - (x, y)
-        self.hits = _places_of(
-            np.column_stack([c * off[:, 0] + s * off[:, 1], c * off[:, 1] - s * off[:, 0]]), self._body
-        )
+        points = np.column_stack([c * off[:, 0] + s * off[:, 1], c * off[:, 1] - s * off[:, 0]])
+        self.hits = _places_of(points, self._body)
+        self.movers = _places_of(points[self._moves], self._body)
         return pose
 
     def carved(
@@ -169,18 +174,30 @@ class ScanZones:
         """(factor that the hits allow on a command (v m/s, w rad/s), +Inf if none limits it; side of the chair).
         stopping: the sonars'; gentle_ease: s that the gentle brake is given more.
         """
-        if not len(self.hits.x):
-            return math.inf, ''
         config = self.config
         creep = min(stopping.creep, float(config.creep_speed)) if not stopping.creeps_everywhere else stopping.creep
         own = stopping._replace(
             stop_distance=float(config.stop_distance), reaction=float(config.reaction_time + gentle_ease), creep=creep
         )
-        factor, at = zone_places.limit(self.hits, v, w, self._body, own)
-        return (factor, self._side(at)) if at >= 0 else (math.inf, '')
+        # While the chair reacts and brakes from u, what moves comes nearer by approach (reaction + u / braking).
+        of_movers = Stopping(
+            own.stop_distance + config.approach * own.reaction,
+            own.reaction + config.approach / own.braking,
+            own.braking,
+            min(own.creep, CRAWL),
+            True,
+        )
+        return min(self._limit_of(self.hits, v, w, own), self._limit_of(self.movers, v, w, of_movers))
 
-    def _side(self, at):
-        x, y = self.hits.x[at] / self._body.half_length, self.hits.y[at] / self._body.half_width
+    def _limit_of(self, places, v, w, stopping):
+        """As `limit`, of some places."""
+        if not len(places.x):
+            return math.inf, ''
+        factor, at = zone_places.limit(places, v, w, self._body, stopping)
+        return (factor, self._side(places, at)) if at >= 0 else (math.inf, '')
+
+    def _side(self, places, at):
+        x, y = places.x[at] / self._body.half_length, places.y[at] / self._body.half_width
         if abs(x) >= abs(y):
             return 'front' if x > 0.0 else 'rear'
         return 'left' if y > 0.0 else 'right'

@@ -7,6 +7,7 @@ from typing import Any
 from sara_common.config import ConfigError, is_number, number_faults
 from sara_common.platforms import OfPlatform, Platform
 
+CRAWL = 0.04  # m/s: no faster towards a pedestrian who approaches
 SLACK = 1.25  # creeping may be this much faster before it is braked hard: v and w are limited each by itself
 
 

@@ -27,12 +27,11 @@ from sara_control.zones.range_filter import RangeFilter
 from sara_control.zones.scan_config import ScanConfig
 from sara_control.zones.scan_zones import Echo, ScanZones
 from sara_control.zones.walls_beside import WallsBeside
-from sara_control.zones.zone_config import SLACK, ZoneConfig
+from sara_control.zones.zone_config import CRAWL, SLACK, ZoneConfig
 from sara_control.zones.zone_places import Body, Stopping
 
 RAYS = 13  # places in a cone
-CRAWL = 0.04  # m/s: no faster towards a pedestrian who approaches,
-CAREFUL = 4.0  # s: and no faster than that up to the stop distance for so long afterwards
+CAREFUL = 4.0  # s after a pedestrian approached: no faster than CRAWL up to the stop distance
 
 
 class Zones:
