@@ -130,7 +130,20 @@ def read_settings(parameters: Parameters) -> Settings:
         )
     ]
     recoveries = _recoveries(parameters, config)
-    for registry, planner in ((GLOBAL_PLANNERS, planners[0]), (LOCAL_PLANNERS, planners[1])):
+    _warn_of_other_planners(parameters, planners)
+    parameters.check()
+    settings = Settings(config, global_costmap, local_costmap, *planners, recoveries)
+    if config.recovery_behavior_enabled:
+        costmaps = global_costmap.make(), local_costmap.make()
+        for behaviour in dict.fromkeys(recoveries.make(config)):
+            if recoveries.chosen is not None:
+                parameters.warnings += behaviour.missing(*costmaps)
+    return replace(settings, warnings=tuple(parameters.warnings + parameters.left_over()))
+
+
+def _warn_of_other_planners(parameters, planners):
+    """Warn of parameters of planners that were not chosen; planners: (global, local), None where there is none."""
+    for registry, planner in zip((GLOBAL_PLANNERS, LOCAL_PLANNERS), planners, strict=True):
         for other in registry.names():
             group = other.split('/')[-1] + '/'
             if not parameters.has_any(group):
@@ -143,14 +156,6 @@ def read_settings(parameters: Parameters) -> Settings:
                         group, ', '.join(path[len(group) :] for path in unread), registry.parameter, planner.plugin_name
                     )
                 )
-    parameters.check()
-    settings = Settings(config, global_costmap, local_costmap, *planners, recoveries)
-    if config.recovery_behavior_enabled:
-        costmaps = global_costmap.make(), local_costmap.make()
-        for behaviour in dict.fromkeys(recoveries.make(config)):
-            if recoveries.chosen is not None:
-                parameters.warnings += behaviour.missing(*costmaps)
-    return replace(settings, warnings=tuple(parameters.warnings + parameters.left_over()))
 
 
 def read_planner(parameters: Parameters, registry: Registry, name: str) -> Any:
