@@ -21,7 +21,8 @@ CELLS = 160  # along each side
 SLACK = 0.02  # m before a hit that are not called free: two standard deviations of a scanner
 STILL = 1.0  # s for which what is hit again and again in a cell stands still
 GAP = 0.5  # s that may be between two hits of the same thing
-BEHIND = 0.1, 0.15  # m behind a hit that was free if it came there: farther than noise moves a wall
+ABOUT = 2  # cells about a hit, farther than noise moves a wall,
+BEHIND = 0.1, 0.15  # and m behind it, through which rays had passed if it came there
 NEVER = -1.0e9
 
 
@@ -47,7 +48,7 @@ class ScanMemory:
 
     def __init__(self, walk: float, memory: float, still_memory: float) -> None:
         warm()
-        self._walk, self._memory, self._still_memory = walk, memory, max(memory, still_memory)
+        self._walk, self._memory, self._still_memory = walk, memory, still_memory
         self.clear()
 
     def clear(self) -> None:
@@ -126,22 +127,32 @@ def _shift(grid, columns, rows, nothing):
 
 
 @kernel
+def cell_of(origin: tuple[float, float], x: float, y: float) -> tuple[int, int]:
+    """(row, column) of the cell in which (x, y) lies, m; of the grid or not."""
+    return int(math.floor((y - origin[1]) / CELL)), int(math.floor((x - origin[0]) / CELL))
+
+
+@kernel
+def is_within(grid: np.ndarray, row: int, column: int) -> bool:
+    """Whether a grid has that cell."""
+    return 0 <= row < grid.shape[0] and 0 <= column < grid.shape[1]
+
+
+@kernel
 def came_there(
     seen: np.ndarray, origin: tuple[float, float], sensor: tuple[float, float], end: np.ndarray, since: float
 ) -> bool:
     """Whether a ray from `sensor` to `end` (2,) hits what came there: where it ends, in all cells about it, and behind
     it rays passed after `since` (s). About a wall's cell they do not, at whatever angle they come.
     """
-    rows, columns = seen.shape
     dx, dy = end[0] - sensor[0], end[1] - sensor[1]
     length = max(math.hypot(dx, dy), 1e-6)
     for behind in (0.0, *BEHIND):
-        column = int(math.floor((end[0] + behind * dx / length - origin[0]) / CELL))
-        row = int(math.floor((end[1] + behind * dy / length - origin[1]) / CELL))
-        about = 2 if behind == 0.0 else 0
+        row, column = cell_of(origin, end[0] + behind * dx / length, end[1] + behind * dy / length)
+        about = ABOUT if behind == 0.0 else 0
         for r in range(row - about, row + about + 1):
             for c in range(column - about, column + about + 1):
-                if not (0 <= r < rows and 0 <= c < columns and seen[r, c] > since):
+                if not (is_within(seen, r, c) and seen[r, c] > since):
                     return False
     return True
 
@@ -154,36 +165,31 @@ def mark(
     ends: np.ndarray,
     what: tuple[np.ndarray, float, float],
 ) -> None:
-    """Call the cells on the rays from `sensor` to `ends` (n, 2) free, then those of hits hit. what: (which rays hit,
+    """Call the cells on the rays from `sensor` to `ends` (n, 2) free, but those of hits hit. what: (which rays hit,
     stamp, s from which on a cell that was seen free has not changed unseen).
     """
     was_hit, stamp, since = what
-    rows, columns = cells.free.shape
-    came = np.zeros(len(ends), np.bool_)
-    for i in range(len(ends)):  # before this sweep changes anything
-        column = int(math.floor((ends[i, 0] - origin[0]) / CELL))
-        row = int(math.floor((ends[i, 1] - origin[1]) / CELL))
-        if was_hit[i] and 0 <= row < rows and 0 <= column < columns:
-            new = stamp - cells.hit[row, column] > GAP
-            came[i] = new and came_there(cells.seen, origin, sensor, ends[i], since)
+    for i in range(len(ends)):  # before this sweep's rays change what was seen
+        row, column = cell_of(origin, ends[i, 0], ends[i, 1])
+        if was_hit[i] and is_within(cells.hit, row, column):
+            if stamp - cells.hit[row, column] > GAP:
+                cells.since[row, column] = stamp
+                cells.came[row, column] = came_there(cells.seen, origin, sensor, ends[i], since)
+            cells.hit[row, column] = stamp
+            cells.x[row, column], cells.y[row, column] = ends[i, 0], ends[i, 1]
     for i in range(len(ends)):
         dx, dy = ends[i, 0] - sensor[0], ends[i, 1] - sensor[1]
         length = math.hypot(dx, dy)
         steps = int((length - SLACK) / (0.5 * CELL)) if length > SLACK else 0
         for k in range(steps + 1):
             share = k * 0.5 * CELL / length if length > 0.0 else 0.0
-            column = int(math.floor((sensor[0] + share * dx - origin[0]) / CELL))
-            row = int(math.floor((sensor[1] + share * dy - origin[1]) / CELL))
-            if 0 <= row < rows and 0 <= column < columns:
+            row, column = cell_of(origin, sensor[0] + share * dx, sensor[1] + share * dy)
+            if is_within(cells.free, row, column):
                 cells.free[row, column] = cells.seen[row, column] = stamp
     for i in range(len(ends)):
-        column = int(math.floor((ends[i, 0] - origin[0]) / CELL))
-        row = int(math.floor((ends[i, 1] - origin[1]) / CELL))
-        if was_hit[i] and 0 <= row < rows and 0 <= column < columns:
-            if stamp - cells.hit[row, column] > GAP:
-                cells.since[row, column], cells.came[row, column] = stamp, came[i]
-            cells.hit[row, column], cells.free[row, column] = stamp, NEVER
-            cells.x[row, column], cells.y[row, column] = ends[i, 0], ends[i, 1]
+        row, column = cell_of(origin, ends[i, 0], ends[i, 1])
+        if was_hit[i] and is_within(cells.free, row, column):
+            cells.free[row, column] = NEVER
 
 
 @kernel
@@ -200,8 +206,7 @@ def spread(free: np.ndarray, there: np.ndarray, since: float, steps: int) -> Non
                     continue
                 for down, right in ((-1, 0), (1, 0), (0, -1), (0, 1)):
                     r, c = row + down, column + right
-                    outside = r < 0 or c < 0 or r >= rows or c >= columns
-                    if outside or (before[r, c] <= since and not there[r, c]):
+                    if not is_within(free, r, c) or (before[r, c] <= since and not there[r, c]):
                         free[row, column] = NEVER
                         break
 
@@ -211,12 +216,10 @@ def are_known(
     free: np.ndarray, there: np.ndarray, origin: tuple[float, float], points: np.ndarray, since: float
 ) -> np.ndarray:
     """Which `points` (n, 2) lie in cells that were seen free after `since` (s), or where something is `there`."""
-    rows, columns = free.shape
     found = np.zeros(len(points), np.bool_)
     for i in range(len(points)):
-        column = int(math.floor((points[i, 0] - origin[0]) / CELL))
-        row = int(math.floor((points[i, 1] - origin[1]) / CELL))
-        if 0 <= row < rows and 0 <= column < columns:
+        row, column = cell_of(origin, points[i, 0], points[i, 1])
+        if is_within(free, row, column):
             found[i] = free[row, column] > since or there[row, column]
     return found
 
@@ -224,6 +227,7 @@ def are_known(
 def warm() -> None:
     """Compile, or load from the cache, every kernel for the types it is called with."""
     cells, points, there = nothing_seen(3), np.ones((1, 2)), np.zeros((3, 3), np.bool_)
+    is_within(cells.free, *cell_of((0.0, 0.0), 1.0, 1.0))
     mark(cells, (0.0, 0.0), (0.1, 0.1), points, (np.ones(1, np.bool_), 1.0, 0.0))
     came_there(cells.seen, (0.0, 0.0), (0.1, 0.1), points[0], 0.0)
     spread(cells.free, there, 0.0, 1)
