@@ -23,7 +23,7 @@ ACCELERATION, BRAKING, JERK = 0.4, 0.8, 0.8  # the standard profile, m/s2 and m/
 SMOOTHED_S, MARGIN = 0.5, 1.15
 EXACT = 1e-9
 JAMB = 1.5
-NEAR, SLOWLY = 0.25, 0.6  # m from the body to a wall, and the m/s that its wide_gap allows there by ultrasonic sensors
+NEAR, SLOWLY = 0.3, 0.6  # m from the body to a wall; m/s
 
 
 class Felt(Lockstep):
