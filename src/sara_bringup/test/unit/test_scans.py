@@ -4,7 +4,7 @@ import pytest
 
 from sara_bringup.lockstep.lockstep import Lockstep
 from sara_bringup.paths import share
-from sara_common.planar import compose, inverse
+from sara_common.planar import Pose2D, compose, inverse
 from sara_common.platforms import parameters
 from sara_control.gate.gate_config import SafetyConfig
 from sara_sim.world.obstacles import Obstacle
@@ -43,6 +43,20 @@ def test_a_post_is_marked_where_it_stands_though_the_chair_turns(frame):
     assert near and min(near) > 0.05 and max(near) < (0.25 if frame == 'map' else 0.35)
     assert lockstep.wheels.guard.zones.scan.live and lockstep.chair.velocity[1] > 0.2
     assert not any('scan' in kind for kind in lockstep.wheels.guard.dropped)
+
+
+def test_a_door_of_080_that_the_map_does_not_show_is_driven_through_at_once():
+    lockstep = Lockstep(HALL, (2.5, 4.0, 0.0), 0, localization='fake', scan=True)
+    for name, side in (('left', 1.0), ('right', -1.0)):
+        lockstep.chair.world.obstacles.add(Obstacle(name, at=(5.0, 4.0 + 1.15 * side), size=(0.1, 1.5)))
+    lockstep.start_up()
+    begin = lockstep.time
+    lockstep.move_base.set_goal(Pose2D(6.5, 4.0, 0.0), begin)
+    while lockstep.result is None and lockstep.time < begin + 14.0:
+        lockstep.step()
+        assert abs(lockstep.chair.pose[1] - 4.0) < 0.1, 'it does not go round the wall'
+    assert lockstep.result is not None and lockstep.result.text == 'Goal reached.'
+    assert not lockstep.chair.contacts
 
 
 def test_without_it_no_part_knows_of_one():

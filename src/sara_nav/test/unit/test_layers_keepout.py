@@ -191,6 +191,6 @@ def test_sara_s_own_costmaps_have_it_below_the_inflation():
 
     folder = Path(__file__).resolve().parents[2] / 'config'
     plain, scan = (yaml.safe_load((folder / name).read_text()) for name in ('sara_nav.yaml', 'scan.yaml'))
-    for tree in (plain['global_costmap'], plain['local_costmap'], scan['local_costmap']):
+    for tree in (file[name] for file in (plain, scan) for name in ('global_costmap', 'local_costmap')):
         kinds = [plugin['type'] for plugin in tree['plugins']]
         assert kinds.index('sara_nav/KeepoutFilter') == kinds.index('costmap_2d::InflationLayer') - 1

@@ -328,3 +328,91 @@ def test_the_ray_to_a_mapped_wall_clears_all_the_same():
     see(layer, 7.5, 0.5, origin=(0.5, 0.5, 1.0))
     costmap.update(0.0, AT_ORIGIN)
     assert layer.costs[0, 3] == FREE and layer.costs[0, 7] != LETHAL
+
+
+# -- what is forgotten -------------------------------------------------------------------------------------------
+
+ONCE = SourceConfig('once', clearing=True, obstacle_range=100.0, raytrace_range=100.0)
+
+
+def test_a_mark_that_is_not_made_again_is_forgotten_after_its_time():
+    costmap, layer = make(static=False, sources=(ONCE,), pixel_decay=2.0)
+    see(layer, 5.5, 5.5, source='once')
+    see(layer, 8.5, 3.5, source='once', stamp=1.0)
+    for t, left in ((1.0, {(8, 3)}), (2.9, {(8, 3)}), (3.1, set())):
+        costmap.update(t, AT_ORIGIN)
+        assert {(x, y) for y, x in np.argwhere(costmap.costmap.costs == LETHAL)} == left
+    see(layer, 8.5, 3.5, source='once', stamp=4.0)
+    costmap.update(4.0, AT_ORIGIN)
+    see(layer, 8.5, 3.5, source='once', stamp=5.5)
+    costmap.update(5.5, AT_ORIGIN)
+    costmap.update(7.0, AT_ORIGIN)
+    assert count(costmap, LETHAL) == 1, 'seen again it stays'
+
+
+@pytest.mark.parametrize('track_unknown, after', [(True, UNKNOWN), (False, FREE)])
+def test_what_is_forgotten_is_what_nothing_is_known_of(track_unknown, after):
+    costmap, layer = make(static=False, track_unknown=track_unknown, sources=(ONCE,), pixel_decay=2.0)
+    see(layer, 5.5, 5.5, source='once')
+    costmap.update(0.0, AT_ORIGIN)
+    assert costmap.costmap.costs[5, 5] == LETHAL
+    costmap.update(2.5, AT_ORIGIN)
+    assert costmap.costmap.costs[5, 5] == after
+
+
+def test_marks_that_roll_along_are_forgotten_in_time():
+    source = SourceConfig('scan')
+    config = ObstacleConfig(sources=(source,), footprint_clearing_enabled=False, pixel_decay=2.0)
+    layer = ObstacleLayer('obstacles', config)
+    costmap = LayeredCostmap(
+        CostmapConfig(rolling_window=True, resolution=0.1, width=6.0, height=6.0), [layer], np.ones((1, 2))
+    )
+    costmap.update(0.0, AT_ORIGIN)
+    see(layer, 1.05, 0.55, source='scan')
+    costmap.update(0.1, AT_ORIGIN)
+    layer.forget_observations()
+    for t, marks in ((1.0, 1), (1.9, 1), (2.1, 0)):
+        costmap.update(t, Pose2D(0.8 * t, -0.6 * t, 0.0))
+        assert count(costmap, LETHAL) == marks
+
+
+def test_who_passes_leaves_no_marks_and_what_stood_there_before_stays():
+    costmap, layer = make(static=False, sources=(ONCE,), passing_memory=1.0)
+    for stamp, place in ((0.0, (5.5, 5.5)), (2.0, (8.5, 3.5)), (2.5, (7.5, 3.5))):
+        see(layer, *place, stamp=stamp, source='once')
+        costmap.update(stamp, AT_ORIGIN)
+    layer.let_pass(2.6)
+    for stamp in (2.7, 3.5):
+        see(layer, 6.5, 3.5, stamp=stamp, source='once')
+        costmap.update(stamp, AT_ORIGIN)
+        assert [tuple(cell) for cell in np.argwhere(costmap.costmap.costs == LETHAL)] == [(5, 5)]
+    see(layer, 6.5, 3.5, stamp=3.7, source='once')
+    costmap.update(3.7, AT_ORIGIN)
+    assert costmap.costmap.costs[3, 6] == LETHAL, 'what stays is marked'
+
+
+def test_after_the_clock_was_set_back_points_mark_and_are_forgotten_by_the_new_clock():
+    costmap, layer = make(static=False, sources=(ONCE,), passing_memory=5.0, pixel_decay=2.0)
+    see(layer, 5.5, 5.5, stamp=100.0, source='once')
+    costmap.update(100.0, AT_ORIGIN)
+    layer.let_pass(101.0)
+    costmap.update(1.0, AT_ORIGIN)
+    layer.time_went_back(1.0)
+    see(layer, 8.5, 3.5, stamp=1.1, source='once')
+    costmap.update(1.1, AT_ORIGIN)
+    assert costmap.costmap.costs[3, 8] == LETHAL
+    costmap.update(3.2, AT_ORIGIN)
+    assert count(costmap, LETHAL) == 0
+
+
+def test_times_are_kept_only_where_they_are_asked_for():
+    costmap, layer = make(static=False, sources=(ONCE,))
+    see(layer, 5.5, 5.5, source='once')
+    costmap.update(0.0, AT_ORIGIN)
+    costmap.update(1e6, AT_ORIGIN)
+    assert count(costmap, LETHAL) == 1, 'never forgotten'
+    layer.reconfigure(dataclasses.replace(layer.config, pixel_decay=2.0))
+    costmap.update(1e6 + 0.1, AT_ORIGIN)
+    assert count(costmap, LETHAL) == 0, 'nobody knows since when'
+    for name in ('pixel_decay', 'passing_memory'):
+        assert name in ObstacleConfig(**{name: -1.0}).faults()[0]

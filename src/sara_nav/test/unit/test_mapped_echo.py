@@ -12,8 +12,10 @@ from sara_nav.config.parameters import Parameters
 from sara_nav.costmaps.costmap import LETHAL
 from sara_nav.costmaps.layered_costmap import CostmapConfig, LayeredCostmap
 from sara_nav.costmaps.layers.mapped_echo import Mapped, explained
+from sara_nav.costmaps.layers.obstacle import ObstacleConfig, ObstacleLayer, SourceConfig
 from sara_nav.costmaps.layers.range_sensor import RangeReading, RangeSensorConfig, RangeSensorLayer
 from sara_nav.costmaps.layers.static import StaticLayer
+from sara_nav.costmaps.observations import Observation
 from sara_nav.grids.grid import Grid, GridGeometry
 from sara_nav.maps.map_io import GridMap
 from sara_nav.move_base.settings import read_costmap
@@ -196,3 +198,57 @@ def test_parameters_are_checked_and_one_without_a_map_is_said():
     )
     read_costmap(tree, 'c/', robot_radius=0.3)
     assert 'parameter c/sonars/ignore_mapped has no effect: the costmap has no costmap_2d::StaticLayer' in tree.warnings
+
+
+# -- ignore_seen: what an obstacle layer has marked --------------------------------------------------------------------
+
+
+def seen_door(ignore_seen, enabled=True):
+    """(LayeredCostmap without a map, its range layer): a laser has seen the jambs of a door of 0.8 m at 1.4 m."""
+    sonars = RangeSensorLayer('ultrasonic', RangeSensorConfig(topics=('/a',), ignore_seen=ignore_seen))
+    source = SourceConfig('scan', clearing=True)
+    laser = ObstacleLayer('laser', ObstacleConfig(sources=(source,), footprint_clearing_enabled=False, enabled=enabled))
+    costmap = LayeredCostmap(
+        CostmapConfig(width=6.0, height=6.0, origin_x=-3.0, origin_y=-3.0, resolution=0.05),
+        [sonars, laser],
+        np.ones((1, 2)),
+    )
+    jambs = np.array([[1.4, side * y, 0.25] for side in (1, -1) for y in np.arange(0.42, 1.5, 0.02)])
+    laser.add_observation(Observation('scan', 0.0, (0.0, 0.0, 0.25), jambs))
+    costmap.update(0.0, None)
+    return costmap, sonars
+
+
+@pytest.mark.parametrize(
+    'ignore_seen, enabled, closed', [(True, True, False), (False, True, True), (True, False, True)]
+)
+def test_the_echo_of_jambs_that_a_laser_sees_does_not_close_the_door(ignore_seen, enabled, closed):
+    costmap, sonars = seen_door(ignore_seen, enabled)
+    echo = math.hypot(1.4, 0.42)
+    for k in range(1, 6):
+        sonars.add_range(RangeReading('/a', 0.2 * k, 0.0, 0.0, 0.0, echo, 0.16, 2.5, math.radians(60.0)))
+        costmap.update(0.2 * k, None)
+    middle = [costmap.costmap.cost_at(x, 0.0) for x in np.arange(1.3, 1.6, 0.05)]
+    assert (LETHAL in middle) == closed
+    assert not enabled or costmap.costmap.cost_at(1.42, 0.5) == LETHAL, 'the jamb'
+
+
+def test_an_echo_of_what_the_laser_does_not_see_marks():
+    costmap, sonars = seen_door(True)
+    for k in range(1, 6):
+        sonars.add_range(RangeReading('/a', 0.2 * k, 0.0, 0.0, 0.0, 0.9, 0.16, 2.5, math.radians(60.0)))
+        costmap.update(0.2 * k, None)
+    assert costmap.costmap.cost_at(0.9, 0.0) == LETHAL, "a table's edge"
+
+
+def test_ignore_seen_without_an_obstacle_layer_is_said():
+    tree = Parameters(
+        {
+            'c': {
+                'plugins': [{'name': 'sonars', 'type': 'range_sensor_layer::RangeSensorLayer'}],
+                'sonars': {'ignore_seen': True},
+            }
+        }
+    )
+    read_costmap(tree, 'c/', robot_radius=0.3)
+    assert 'parameter c/sonars/ignore_seen has no effect: the costmap has no costmap_2d::ObstacleLayer' in tree.warnings

@@ -266,14 +266,15 @@ def _warn(parameters, settings):
                 f'inscribed radius of the footprint ({settings.inscribed_radius:.3f} m): plans may '
                 'touch obstacles'
             )
-        if (
-            cls in (RangeSensorLayer, ObstacleLayer)
-            and config.ignore_mapped
-            and not any(other is StaticLayer for _, other, _ in settings.layers)
+        for parameter, explaining, of in (
+            ('ignore_mapped', StaticLayer, (RangeSensorLayer, ObstacleLayer)),
+            ('ignore_seen', ObstacleLayer, (RangeSensorLayer,)),
         ):
-            parameters.warnings.append(
-                f'parameter {settings.prefix}{name}/ignore_mapped has no effect: the costmap has no '
-                'costmap_2d::StaticLayer'
-            )
+            there = any(other is explaining for _, other, _ in settings.layers)
+            if cls in of and getattr(config, parameter) and not there:
+                parameters.warnings.append(
+                    f'parameter {settings.prefix}{name}/{parameter} has no effect: the costmap has no '
+                    f'costmap_2d::{explaining.__name__}'
+                )
     if settings.config.update_frequency == 0.0:
         parameters.warnings.append(f'parameter {settings.prefix}update_frequency is 0: the costmap is never updated')

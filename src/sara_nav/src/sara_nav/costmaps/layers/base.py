@@ -15,6 +15,9 @@ from sara_nav.costmaps.costmap import UNKNOWN
 from sara_nav.grids.grid import GridGeometry
 from sara_nav.grids.windows import Window, Windows
 
+HERE = Pose2D(0.0, 0.0, 0.0)
+"""A costmap's frame in its own grid's."""
+
 
 class LayerConfig(Protocol):
     """A layer's parameters, a frozen dataclass."""

@@ -15,8 +15,9 @@ from sara_common.config import range_faults
 from sara_common.planar import Pose2D
 from sara_nav.costmaps.costmap import FREE, UNKNOWN
 from sara_nav.costmaps.layers import rays
-from sara_nav.costmaps.layers.base import GridLayer, Parent, combine
+from sara_nav.costmaps.layers.base import HERE, GridLayer, Parent, combine, shifted
 from sara_nav.costmaps.observations import Observation
+from sara_nav.grids.grid import GridGeometry
 from sara_nav.grids.windows import Window, Windows
 
 DATA_TYPES = ('PointCloud', 'PointCloud2', 'LaserScan')
@@ -62,7 +63,9 @@ class ObstacleConfig:
     """Names and defaults of costmap_2d::ObstacleLayer; ``sources`` are those of ``observation_sources``.
 
     Not the peer's: with ``ignore_mapped`` points within ``mapped_tolerance`` (m) of a lethal cell of the static layer
-    mark nothing.
+    mark nothing. pixel_decay: s after which what was marked, and not again, is forgotten, though no ray has cleared it;
+    0: never. passing_memory: s for which nothing is marked after move_base was told that somebody moves past the robot
+    (`~wait`); what was marked so long before is forgotten; 0: points mark.
     """
 
     footprint_clearing_enabled: bool = True
@@ -72,6 +75,8 @@ class ObstacleConfig:
     transform_tolerance: float = 0.2
     ignore_mapped: bool = False
     mapped_tolerance: float = 0.1
+    pixel_decay: float = 0.0
+    passing_memory: float = 0.0
     sources: tuple = ()
     enabled: bool = True
 
@@ -85,7 +90,13 @@ class ObstacleConfig:
             )
         result += range_faults(
             self,
-            {'max_obstacle_height': (0.0, 50.0), 'transform_tolerance': (0.0, 10.0), 'mapped_tolerance': (0.0, 1.0)},
+            {
+                'max_obstacle_height': (0.0, 50.0),
+                'transform_tolerance': (0.0, 10.0),
+                'mapped_tolerance': (0.0, 1.0),
+                'pixel_decay': (0.0, 1e6),
+                'passing_memory': (0.0, 1e6),
+            },
         )
         if len({source.name for source in self.sources}) < len(self.sources):
             result.append('observation_sources names a source twice: {}'.format(' '.join(s.name for s in self.sources)))
@@ -107,12 +118,33 @@ class ObstacleLayer(GridLayer):
         self._heard = {}
         self._new = set()
         self._started = None
+        self._passing_until = -math.inf
         super().attach(parent)
+
+    def resize(self, geometry: GridGeometry) -> None:
+        super().resize(geometry)
+        self._forget_times()
+
+    def roll(self, columns: int, rows: int) -> None:
+        super().roll(columns, rows)
+        if len(self._marked_at):
+            self._marked_at = shifted(self._marked_at, columns, rows, -math.inf)
+
+    def _forget_times(self):
+        """Keep when cells were last marked only where that is asked for; nothing is known of it yet."""
+        asked = self.config.pixel_decay > 0.0 or self.config.passing_memory > 0.0
+        self._marked_at = np.full(self.costs.shape if asked else (0, 0), -math.inf)
 
     def reconfigure(self, config: ObstacleConfig) -> None:
         super().reconfigure(config)
+        if (config.pixel_decay > 0.0 or config.passing_memory > 0.0) != bool(len(self._marked_at)):
+            self._forget_times()
         for source in config.sources:
             self._seen.setdefault(source.name, [])
+
+    def marked(self) -> tuple[np.ndarray, GridGeometry, Pose2D]:
+        """Return (costs (h, w), the GridGeometry they lie on, the costmap's frame in that grid's, Pose2D)."""
+        return self.costs, self.parent.geometry, HERE
 
     # -- observations in ---------------------------------------------------------------------------------------
 
@@ -165,7 +197,23 @@ class ObstacleLayer(GridLayer):
         self.forget_observations()
         self._heard.clear()
         self._new.clear()
-        self._started = t
+        self._started, self._passing_until = t, -math.inf
+        np.minimum(self._marked_at, t, out=self._marked_at)
+
+    def let_pass(self, t: float) -> None:
+        """Somebody who moves passes at t (s): for `passing_memory` points mark nothing, and what was marked so long
+        before is forgotten. The rays clear all the same.
+        """
+        memory = self.config.passing_memory
+        if memory > 0.0 and self.enabled:
+            if t > self._passing_until:
+                self._forget(t - memory, t)
+                self.parent.touch_all()
+            self._passing_until = t + memory
+
+    def _forget(self, since, until):
+        """Let go of what was last marked between two times (s); returns the window (x0, y0, xn, yn) of it."""
+        return rays.forget_marks(rays.Marks(self.costs, self._marked_at), float(since), float(until), self.default)
 
     def stale(self, t: float) -> str:
         late = []
@@ -194,11 +242,16 @@ class ObstacleLayer(GridLayer):
             for observation in self._seen[source.name] if source.clearing else ():
                 self._clear_rays(observation, source, windows, pose)
         grid, highest = self.parent.geometry.grid, float(self.config.max_obstacle_height)
+        marks = rays.Marks(self.costs, self._marked_at)
         for source in self.config.sources:
+            reach = rays.Reach(float(source.obstacle_range), highest)
             for o in self._seen[source.name] if source.marking else ():
-                sensor, limit = np.array(o.origin, np.float64), float(source.obstacle_range)
-                points = self._unmapped(o.points) if self.config.ignore_mapped else o.points
-                windows.add(*rays.mark_points(self.costs, grid, sensor, points, limit, highest))
+                if o.stamp > self._passing_until:
+                    points = self._unmapped(o.points) if self.config.ignore_mapped else o.points
+                    sensor = np.array(o.origin, np.float64)
+                    windows.add(*rays.mark_points(marks, grid, float(o.stamp), sensor, points, reach))
+        if self.config.pixel_decay > 0.0:
+            windows.add(*self._forget(-math.inf, t - self.config.pixel_decay))
         if self.config.footprint_clearing_enabled and pose is not None and len(self.parent.footprint) > 2:
             self._clear_footprint(pose, windows)
 

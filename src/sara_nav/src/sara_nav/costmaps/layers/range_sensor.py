@@ -187,7 +187,7 @@ class RangeSensorLayer(Layer):
                 near.append(distance == -math.inf)
         if readings:
             readings = np.array(readings, dtype=np.float64)
-            if c.ignore_mapped:
+            if c.ignore_mapped or c.ignore_seen:
                 readings = self._unexplained(readings, np.array(near))
             belief = cone.Belief(self._grid, self._seen_at, self._free_at)
             model = cone.Model(float(c.phi), float(c.inflate_cone), float(c.clear_threshold), float(c.mark_threshold))
@@ -203,19 +203,27 @@ class RangeSensorLayer(Layer):
             self._marks = left if left[0] < left[2] else None
 
     def _unexplained(self, readings, near):
-        """Return readings (n, 6) with each echo that the map explains turned into an empty cone up to where that may
-        be.
+        """Return readings (n, 6) with each echo that the map or an obstacle layer explains turned into an empty cone up
+        to where that may be.
         """
         c = self.config
         for layer in self.parent.layers.values():
-            mapped = layer.mapped() if layer.enabled and hasattr(layer, 'mapped') else None
-            if mapped is not None:
-                costs, g, frame = mapped
+            known = self._explaining(layer) if layer.enabled else None
+            if known is not None:
+                costs, g, frame = known
                 place = float(frame.x), float(frame.y), float(frame.yaw)
                 steepest = math.cos(c.mapped_steepest)
                 mapped = mapped_echo.Mapped(costs, g.grid, place, float(c.mapped_tolerance), steepest)
                 mapped_echo.explain(mapped, readings, near)
         return mapped_echo.of_some_length(readings)
+
+    def _explaining(self, layer):
+        """(costs, their GridGeometry, the costmap's frame in that grid's) of what a layer explains echoes with; None
+        without such.
+        """
+        if self.config.ignore_mapped and hasattr(layer, 'mapped'):
+            return layer.mapped()
+        return layer.marked() if self.config.ignore_seen and hasattr(layer, 'marked') else None
 
     def update_costs(self, costs: np.ndarray, window: Window) -> None:
         cone.write(self._grid, costs, window, float(self.config.clear_threshold), float(self.config.mark_threshold))

@@ -17,10 +17,11 @@ class RangeSensorConfig:
 
     Not the peer's: ignore_mapped: an echo whose arc has something of the costmap's static layer within mapped_tolerance
     (m) marks nothing, and clears up to there. mapped_steepest: rad, walls of the map whose normal is further than this
-    from the sensor's axis are not expected to echo. free_memory: s, cells that were seen free no longer ago are not
-    what echoes, as long as others on the arc may be; 0: nobody remembers. passing_memory: s for which echoes mark
-    nothing after move_base was told that somebody moves past the robot (`~wait`); what they marked so long before is
-    forgotten; 0: they mark.
+    from the sensor's axis are not expected to echo. ignore_seen: the same with what obstacle layers of the costmap have
+    marked, for a laser scanner knows where on the arc it is. free_memory: s, cells that were seen free no longer ago
+    are not what echoes, as long as others on the arc may be; 0: nobody remembers. passing_memory: s for which echoes
+    mark nothing after move_base was told that somebody moves past the robot (`~wait`); what they marked so long before
+    is forgotten; 0: they mark.
     """
 
     topics: tuple = ('/sonar',)
@@ -38,6 +39,7 @@ class RangeSensorConfig:
     ignore_mapped: bool = False
     mapped_tolerance: float = 0.2
     mapped_steepest: float = 0.5 * math.pi
+    ignore_seen: bool = False
     free_memory: float = 0.0
     passing_memory: float = 0.0
     enabled: bool = True

@@ -6,6 +6,7 @@ Each kernel returns the window (x0, y0, xn, yn) of the cells whose cost it chang
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
@@ -13,6 +14,24 @@ from ahead_of_time import kernel
 from sara_nav.grids.grid import FREE, LETHAL, Grid
 from sara_nav.grids.outline import line_cells
 from sara_nav.grids.windows import Window, grown
+
+
+class Marks(NamedTuple):
+    """What a layer has marked."""
+
+    costs: np.ndarray
+    """uint8 (h, w), 254 where something is."""
+    marked_at: np.ndarray
+    """float64 (h, w), when a cell was last marked, s; of another size where that is not kept."""
+
+
+class Reach(NamedTuple):
+    """Which points mark."""
+
+    obstacle_range: float
+    """m from the sensor from which on they do not."""
+    highest: float
+    """m above the ground up to which they do."""
 
 
 @kernel
@@ -59,24 +78,38 @@ def _free_line(costs, begin, end, reach, window):
 
 
 @kernel
-def mark_points(
-    costs: np.ndarray, grid: Grid, sensor: np.ndarray, points: np.ndarray, obstacle_range: float, highest: float
-) -> Window:
-    """Make lethal the cells of points (n, 3), m, nearer to the sensor (3,) than ``obstacle_range`` and not above
-    ``highest``. grid: a Grid.
-    """
+def mark_points(marks: Marks, grid: Grid, t: float, sensor: np.ndarray, points: np.ndarray, reach: Reach) -> Window:
+    """Make lethal, at t (s), the cells of points (n, 3), m, within ``reach`` of the sensor (3,)."""
     origin_x, origin_y, resolution = grid
+    costs, marked_at = marks
     height, width = costs.shape
+    timed = marked_at.shape == costs.shape
     window = (width, height, 0, 0)
     for i in range(len(points)):
         dx, dy, dz = points[i, 0] - sensor[0], points[i, 1] - sensor[1], points[i, 2] - sensor[2]
-        if points[i, 2] > highest or dx * dx + dy * dy + dz * dz >= obstacle_range * obstacle_range:
+        if points[i, 2] > reach.highest or dx * dx + dy * dy + dz * dz >= reach.obstacle_range**2:
             continue
         u, v = (points[i, 0] - origin_x) / resolution, (points[i, 1] - origin_y) / resolution
         if 0.0 <= u < width and 0.0 <= v < height:
             x, y = int(u), int(v)
+            if timed:
+                marked_at[y, x] = t
             if costs[y, x] != LETHAL:
                 costs[y, x] = LETHAL
+                window = grown(window, x, y)
+    return window
+
+
+@kernel
+def forget_marks(marks: Marks, since: float, until: float, cost: int) -> Window:
+    """Give a ``cost`` to the lethal cells that were last marked from ``since`` until ``until``, s."""
+    costs, marked_at = marks
+    height, width = costs.shape
+    window = (width, height, 0, 0)
+    for y in range(height):
+        for x in range(width):
+            if costs[y, x] == LETHAL and since <= marked_at[y, x] <= until:
+                costs[y, x] = cost
                 window = grown(window, x, y)
     return window
 
@@ -136,6 +169,8 @@ def warm() -> None:
     costs, points = np.zeros((3, 3), np.uint8), np.zeros((1, 3))
     grid = Grid(0.0, 0.0, 1.0)
     clear_rays(costs, grid, (0.5, 0.5), points, 2)
-    mark_points(costs, grid, np.zeros(3), points, 1.0, 1.0)
+    marks = Marks(costs, np.zeros((3, 3)))
+    mark_points(marks, grid, 1.0, np.zeros(3), points, Reach(1.0, 1.0))
+    forget_marks(marks, 0.0, 1.0, FREE)
     far_from(costs, grid, (0.0, 0.0, 0.0), points, 0.1)
     free_polygon(costs, np.zeros((3, 2), np.int64))

@@ -14,7 +14,7 @@ import numpy as np
 from ahead_of_time import kernel
 from sara_common.planar import Pose2D
 from sara_nav.costmaps.costmap import UNKNOWN, StaticLayerConfig, freed, static_costs
-from sara_nav.costmaps.layers.base import GridLayer, Layer, Parent, combine
+from sara_nav.costmaps.layers.base import HERE, GridLayer, Layer, Parent, combine
 from sara_nav.grids.grid import Grid, GridGeometry
 from sara_nav.grids.windows import Window, Windows
 from sara_nav.maps.map_io import GridMap, MapError
@@ -22,7 +22,6 @@ from sara_nav.maps.map_io import GridMap, MapError
 FINEST, COARSEST, FARTHEST = 1e-4, 50.0, 1e6
 """Sensible resolutions and places of a map (m)."""
 OFF_MAP = -1
-HERE = Pose2D(0.0, 0.0, 0.0)
 
 
 class StaticLayer(GridLayer):
