@@ -6,7 +6,8 @@ import numpy as np
 
 from sara_common.planar import Pose2D
 from sara_nav.costmaps.layered_costmap import CostmapConfig, LayeredCostmap
-from sara_nav.costmaps.layers.obstacle import ObstacleConfig, ObstacleLayer, SourceConfig
+from sara_nav.costmaps.layers.obstacle import ObstacleLayer
+from sara_nav.costmaps.layers.obstacle_config import ObstacleConfig, SourceConfig
 from sara_nav.costmaps.layers.static import StaticLayer
 from sara_nav.costmaps.observations import Observation
 from sara_nav.grids.grid import GridGeometry

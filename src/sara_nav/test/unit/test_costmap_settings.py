@@ -9,7 +9,7 @@ import pytest
 from sara_nav.config.parameters import Parameters
 from sara_nav.costmaps.costmap_settings import read_costmap
 from sara_nav.costmaps.layered_costmap import CostmapConfig
-from sara_nav.costmaps.layers.obstacle import ObstacleConfig
+from sara_nav.costmaps.layers.obstacle_config import ObstacleConfig
 from sara_nav.costmaps.layers.range_sensor import RangeSensorConfig
 from sara_nav.grids.grid import GridGeometry
 from sara_nav.maps.map_io import GridMap

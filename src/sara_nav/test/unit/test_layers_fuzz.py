@@ -12,7 +12,8 @@ from sara_common.planar import Pose2D
 from sara_nav.costmaps.costmap import LETHAL, InflationConfig
 from sara_nav.costmaps.layered_costmap import CostmapConfig, LayeredCostmap
 from sara_nav.costmaps.layers.inflation import InflationLayer
-from sara_nav.costmaps.layers.obstacle import ObstacleConfig, ObstacleLayer, SourceConfig
+from sara_nav.costmaps.layers.obstacle import ObstacleLayer
+from sara_nav.costmaps.layers.obstacle_config import ObstacleConfig, SourceConfig
 from sara_nav.costmaps.layers.range_sensor import RangeReading, RangeSensorLayer
 from sara_nav.costmaps.layers.static import StaticLayer
 from sara_nav.costmaps.observations import CloudLayout, Observation, ObservationError, cloud_points, scan_points

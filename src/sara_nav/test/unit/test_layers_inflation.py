@@ -11,7 +11,8 @@ import numpy as np
 from sara_nav.costmaps.costmap import FREE, INSCRIBED, LETHAL, UNKNOWN, InflationConfig, cost_of_distance
 from sara_nav.costmaps.layered_costmap import CostmapConfig, LayeredCostmap
 from sara_nav.costmaps.layers.inflation import InflationLayer
-from sara_nav.costmaps.layers.obstacle import ObstacleConfig, ObstacleLayer, SourceConfig
+from sara_nav.costmaps.layers.obstacle import ObstacleLayer
+from sara_nav.costmaps.layers.obstacle_config import ObstacleConfig, SourceConfig
 from sara_nav.grids.footprint import radii
 
 sys.path.append(str(Path(__file__).resolve().parent))

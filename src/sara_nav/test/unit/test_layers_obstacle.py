@@ -14,7 +14,8 @@ from hypothesis import strategies as st
 from sara_common.planar import Pose2D
 from sara_nav.costmaps.costmap import FREE, LETHAL, UNKNOWN
 from sara_nav.costmaps.layered_costmap import CostmapConfig, LayeredCostmap
-from sara_nav.costmaps.layers.obstacle import ObstacleConfig, ObstacleLayer, SourceConfig
+from sara_nav.costmaps.layers.obstacle import ObstacleLayer
+from sara_nav.costmaps.layers.obstacle_config import ObstacleConfig, SourceConfig
 from sara_nav.costmaps.observations import Observation
 
 sys.path.append(str(Path(__file__).resolve().parent))
@@ -416,3 +417,51 @@ def test_times_are_kept_only_where_they_are_asked_for():
     assert count(costmap, LETHAL) == 0, 'nobody knows since when'
     for name in ('pixel_decay', 'passing_memory'):
         assert name in ObstacleConfig(**{name: -1.0}).faults()[0]
+
+
+# -- who walks does not count --------------------------------------------------------------------------------------
+
+
+def places(costmap):
+    """{(x, y)} of the cells that are lethal in the costmap."""
+    return {(x, y) for y, x in np.argwhere(costmap.costmap.costs == LETHAL)}
+
+
+@pytest.mark.parametrize('track_unknown', [True, False])
+def test_what_stands_counts_after_a_while_and_who_walks_does_not(track_unknown):
+    costmap, layer = make(static=False, track_unknown=track_unknown, sources=(ONCE,), mark_after=1.0)
+    for k in range(41):
+        t = 0.1 * k
+        walks = 1.5 + 2.0 * t, 8.5
+        seen = np.array([[9.5, 4.5, 0.0], [*walks, 0.0]])
+        layer.add_observation(Observation('once', t, (0.0, 0.0, 1.0), seen))
+        costmap.update(t, AT_ORIGIN)
+        assert places(costmap) == ({(9, 4)} if k >= 10 else set())
+    assert (layer.costs == LETHAL).sum() > 1, 'the layer itself knows of both'
+    for k in range(41, 61):  # who walked stands
+        see(layer, 8.5, 8.5, stamp=0.1 * k, source='once')
+        costmap.update(0.1 * k, AT_ORIGIN)
+    assert (8, 8) in places(costmap)
+    see(layer, 9.5, 9.5, stamp=6.1, source='once')
+    costmap.update(6.1, AT_ORIGIN)
+    assert (8, 8) not in places(costmap), 'a ray has passed there'
+
+
+def test_what_is_seen_now_and_then_does_not_stand():
+    costmap, layer = make(static=False, sources=(ONCE,), mark_after=1.0)
+    for k in range(10):
+        see(layer, 5.5, 5.5, stamp=0.7 * k, source='once')
+        costmap.update(0.7 * k, AT_ORIGIN)
+        assert not places(costmap)
+
+
+def test_what_stands_rolls_along():
+    config = ObstacleConfig(sources=(SourceConfig('scan'),), footprint_clearing_enabled=False, mark_after=1.0)
+    layer = ObstacleLayer('obstacles', config)
+    costmap = LayeredCostmap(
+        CostmapConfig(rolling_window=True, resolution=0.1, width=6.0, height=6.0), [layer], np.ones((1, 2))
+    )
+    for k in range(16):
+        see(layer, 1.05, 0.55, stamp=0.1 * k, source='scan')
+        costmap.update(0.1 * k, Pose2D(0.1 * k, -0.1 * k, 0.0))
+        assert count(costmap, LETHAL) == (k >= 10)

@@ -12,7 +12,8 @@ from sara_nav.config.parameters import Parameters
 from sara_nav.costmaps.costmap import LETHAL
 from sara_nav.costmaps.layered_costmap import CostmapConfig, LayeredCostmap
 from sara_nav.costmaps.layers.mapped_echo import Mapped, explained
-from sara_nav.costmaps.layers.obstacle import ObstacleConfig, ObstacleLayer, SourceConfig
+from sara_nav.costmaps.layers.obstacle import ObstacleLayer
+from sara_nav.costmaps.layers.obstacle_config import ObstacleConfig, SourceConfig
 from sara_nav.costmaps.layers.range_sensor import RangeReading, RangeSensorConfig, RangeSensorLayer
 from sara_nav.costmaps.layers.static import StaticLayer
 from sara_nav.costmaps.observations import Observation

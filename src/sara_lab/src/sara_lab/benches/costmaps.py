@@ -20,7 +20,8 @@ from sara_nav.costmaps import layered_costmap
 from sara_nav.costmaps.costmap import LETHAL, InflationConfig, inflate
 from sara_nav.costmaps.layered_costmap import CostmapConfig, LayeredCostmap
 from sara_nav.costmaps.layers.inflation import InflationLayer
-from sara_nav.costmaps.layers.obstacle import ObstacleConfig, ObstacleLayer, SourceConfig
+from sara_nav.costmaps.layers.obstacle import ObstacleLayer
+from sara_nav.costmaps.layers.obstacle_config import ObstacleConfig, SourceConfig
 from sara_nav.costmaps.layers.range_sensor import RangeReading, RangeSensorConfig, RangeSensorLayer
 from sara_nav.costmaps.observations import Observation
 from sara_nav.grids.footprint import pad_footprint

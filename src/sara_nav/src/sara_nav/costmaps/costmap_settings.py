@@ -18,7 +18,8 @@ from sara_nav.config.registry import UnknownPlanner
 from sara_nav.costmaps.layered_costmap import CostmapConfig, LayeredCostmap
 from sara_nav.costmaps.layers import LAYERS
 from sara_nav.costmaps.layers.inflation import InflationLayer
-from sara_nav.costmaps.layers.obstacle import ObstacleLayer, SourceConfig
+from sara_nav.costmaps.layers.obstacle import ObstacleLayer
+from sara_nav.costmaps.layers.obstacle_config import SourceConfig
 from sara_nav.costmaps.layers.range_sensor import RangeSensorConfig, RangeSensorLayer
 from sara_nav.costmaps.layers.static import StaticLayer
 from sara_nav.grids.footprint import FootprintError, circle_footprint, pad_footprint, parse_footprint, radii

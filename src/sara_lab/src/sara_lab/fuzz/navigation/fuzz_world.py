@@ -14,7 +14,8 @@ from sara_nav.costmaps.costmap import InflationConfig, StaticLayerConfig
 from sara_nav.costmaps.layered_costmap import CostmapConfig, LayeredCostmap
 from sara_nav.costmaps.layers.inflation import InflationLayer
 from sara_nav.costmaps.layers.keepout import KeepoutConfig, KeepoutFilter
-from sara_nav.costmaps.layers.obstacle import ObstacleConfig, ObstacleLayer, SourceConfig
+from sara_nav.costmaps.layers.obstacle import ObstacleLayer
+from sara_nav.costmaps.layers.obstacle_config import ObstacleConfig, SourceConfig
 from sara_nav.costmaps.layers.range_sensor import RangeReading, RangeSensorConfig, RangeSensorLayer
 from sara_nav.costmaps.layers.speed import SpeedFilter
 from sara_nav.costmaps.layers.static import StaticLayer

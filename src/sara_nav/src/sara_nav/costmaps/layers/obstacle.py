@@ -7,100 +7,17 @@ the costmap's frame (observations.py).
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 
-from sara_common.config import range_faults
 from sara_common.planar import Pose2D
 from sara_nav.costmaps.costmap import FREE, UNKNOWN
 from sara_nav.costmaps.layers import rays
 from sara_nav.costmaps.layers.base import HERE, GridLayer, Parent, combine, shifted
+from sara_nav.costmaps.layers.obstacle_config import MAXIMUM, NOTHING, ObstacleConfig
 from sara_nav.costmaps.observations import Observation
-from sara_nav.grids.grid import GridGeometry
+from sara_nav.grids.grid import LETHAL, GridGeometry
 from sara_nav.grids.windows import Window, Windows
-
-DATA_TYPES = ('PointCloud', 'PointCloud2', 'LaserScan')
-OVERWRITE, MAXIMUM, NOTHING = 0, 1, 99
-
-
-@dataclass(frozen=True)
-class SourceConfig:
-    """One source of observations (m, s): names and defaults of costmap_2d. An empty ``topic`` is the source's name, an
-    empty ``sensor_frame`` that of the message."""
-
-    name: str
-    topic: str = ''
-    sensor_frame: str = ''
-    observation_persistence: float = 0.0
-    expected_update_rate: float = 0.0
-    data_type: str = 'PointCloud'
-    min_obstacle_height: float = 0.0
-    max_obstacle_height: float = 2.0
-    inf_is_valid: bool = False
-    clearing: bool = False
-    marking: bool = True
-    obstacle_range: float = 2.5
-    raytrace_range: float = 3.0
-
-    def faults(self) -> list[str]:
-        """Return a list of sentences, one for each bad value."""
-        result = []
-        if self.data_type not in DATA_TYPES:
-            result.append('data_type is {!r}, allowed are {}'.format(self.data_type, ', '.join(DATA_TYPES)))
-        for name in ('observation_persistence', 'expected_update_rate', 'obstacle_range', 'raytrace_range'):
-            value = getattr(self, name)
-            if not (math.isfinite(value) and value >= 0.0):
-                result.append(f'{name} is {value!r}, allowed are numbers of 0 or more')
-        for name in ('min_obstacle_height', 'max_obstacle_height'):
-            if math.isnan(getattr(self, name)):
-                result.append(f'{name} is nan, allowed is a number')
-        return result
-
-
-@dataclass(frozen=True)
-class ObstacleConfig:
-    """Names and defaults of costmap_2d::ObstacleLayer; ``sources`` are those of ``observation_sources``.
-
-    Not the peer's: with ``ignore_mapped`` points within ``mapped_tolerance`` (m) of a lethal cell of the static layer
-    mark nothing. pixel_decay: s after which what was marked, and not again, is forgotten, though no ray has cleared it;
-    0: never. passing_memory: s for which nothing is marked after move_base was told that somebody moves past the robot
-    (`~wait`); what was marked so long before is forgotten; 0: points mark.
-    """
-
-    footprint_clearing_enabled: bool = True
-    max_obstacle_height: float = 2.0
-    combination_method: int = MAXIMUM
-    track_unknown_space: bool = False
-    transform_tolerance: float = 0.2
-    ignore_mapped: bool = False
-    mapped_tolerance: float = 0.1
-    pixel_decay: float = 0.0
-    passing_memory: float = 0.0
-    sources: tuple = ()
-    enabled: bool = True
-
-    def faults(self) -> list[str]:
-        """Return a list of sentences, one for each bad value."""
-        result = [f'{source.name}/{fault}' for source in self.sources for fault in source.faults()]
-        if self.combination_method not in (OVERWRITE, MAXIMUM, NOTHING):
-            result.append(
-                f'combination_method is {self.combination_method!r}, allowed are 0 (overwrite), 1 (maximum) and 99 '
-                '(nothing)'
-            )
-        result += range_faults(
-            self,
-            {
-                'max_obstacle_height': (0.0, 50.0),
-                'transform_tolerance': (0.0, 10.0),
-                'mapped_tolerance': (0.0, 1.0),
-                'pixel_decay': (0.0, 1e6),
-                'passing_memory': (0.0, 1e6),
-            },
-        )
-        if len({source.name for source in self.sources}) < len(self.sources):
-            result.append('observation_sources names a source twice: {}'.format(' '.join(s.name for s in self.sources)))
-        return result
 
 
 class ObstacleLayer(GridLayer):
@@ -127,17 +44,22 @@ class ObstacleLayer(GridLayer):
 
     def roll(self, columns: int, rows: int) -> None:
         super().roll(columns, rows)
-        if len(self._marked_at):
-            self._marked_at = shifted(self._marked_at, columns, rows, -math.inf)
+        if len(self._times[0]):
+            fills = -math.inf, -math.inf, False
+            self._times = tuple(shifted(kept, columns, rows, fill) for kept, fill in zip(self._times, fills))
 
     def _forget_times(self):
-        """Keep when cells were last marked only where that is asked for; nothing is known of it yet."""
-        asked = self.config.pixel_decay > 0.0 or self.config.passing_memory > 0.0
-        self._marked_at = np.full(self.costs.shape if asked else (0, 0), -math.inf)
+        """Keep since when, and until when, cells were marked only where that is asked for; nothing is known yet."""
+        shape = self.costs.shape if self.config.keeps_times else (0, 0)
+        self._times = np.full(shape, -math.inf), np.full(shape, -math.inf), np.zeros(shape, bool)
+
+    @property
+    def _marks(self):
+        return rays.Marks(self.costs, *self._times)
 
     def reconfigure(self, config: ObstacleConfig) -> None:
         super().reconfigure(config)
-        if (config.pixel_decay > 0.0 or config.passing_memory > 0.0) != bool(len(self._marked_at)):
+        if config.keeps_times != bool(len(self._times[0])):
             self._forget_times()
         for source in config.sources:
             self._seen.setdefault(source.name, [])
@@ -198,7 +120,8 @@ class ObstacleLayer(GridLayer):
         self._heard.clear()
         self._new.clear()
         self._started, self._passing_until = t, -math.inf
-        np.minimum(self._marked_at, t, out=self._marked_at)
+        for stamps in self._times[:2]:
+            np.minimum(stamps, t, out=stamps)
 
     def let_pass(self, t: float) -> None:
         """Somebody who moves passes at t (s): for `passing_memory` points mark nothing, and what was marked so long
@@ -213,7 +136,7 @@ class ObstacleLayer(GridLayer):
 
     def _forget(self, since, until):
         """Let go of what was last marked between two times (s); returns the window (x0, y0, xn, yn) of it."""
-        return rays.forget_marks(rays.Marks(self.costs, self._marked_at), float(since), float(until), self.default)
+        return rays.forget_marks(self._marks, float(since), float(until), self.default)
 
     def stale(self, t: float) -> str:
         late = []
@@ -242,7 +165,7 @@ class ObstacleLayer(GridLayer):
             for observation in self._seen[source.name] if source.clearing else ():
                 self._clear_rays(observation, source, windows, pose)
         grid, highest = self.parent.geometry.grid, float(self.config.max_obstacle_height)
-        marks = rays.Marks(self.costs, self._marked_at)
+        marks = self._marks
         for source in self.config.sources:
             reach = rays.Reach(float(source.obstacle_range), highest)
             for o in self._seen[source.name] if source.marking else ():
@@ -254,6 +177,8 @@ class ObstacleLayer(GridLayer):
             windows.add(*self._forget(-math.inf, t - self.config.pixel_decay))
         if self.config.footprint_clearing_enabled and pose is not None and len(self.parent.footprint) > 2:
             self._clear_footprint(pose, windows)
+        if self.config.mark_after > 0.0:
+            windows.add(*rays.find_standing(marks, float(self.config.mark_after)))
 
     def _unmapped(self, points):
         """Those of the points (n, 3) that nothing on the map explains."""
@@ -289,8 +214,11 @@ class ObstacleLayer(GridLayer):
             windows.add(*rays.free_polygon(self.costs, cells.astype(np.int64)))
 
     def update_costs(self, costs: np.ndarray, window: Window) -> None:
+        own = self.costs
+        if self.config.mark_after > 0.0:
+            own = np.where((own == LETHAL) & ~self._marks.stands, np.uint8(self.default), own)
         if self.config.combination_method != NOTHING:
-            combine(costs, self.costs, window, self.config.combination_method == MAXIMUM)
+            combine(costs, own, window, self.config.combination_method == MAXIMUM)
 
 
 def warm() -> None:

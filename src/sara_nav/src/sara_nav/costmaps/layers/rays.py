@@ -15,14 +15,21 @@ from sara_nav.grids.grid import FREE, LETHAL, Grid
 from sara_nav.grids.outline import line_cells
 from sara_nav.grids.windows import Window, grown
 
+GAP = 0.5
+"""s that may be between two marks of the same thing."""
+
 
 class Marks(NamedTuple):
-    """What a layer has marked."""
+    """What a layer has marked; times are of another size where they are not kept."""
 
     costs: np.ndarray
     """uint8 (h, w), 254 where something is."""
     marked_at: np.ndarray
-    """float64 (h, w), when a cell was last marked, s; of another size where that is not kept."""
+    """float64 (h, w), when a cell was last marked, s."""
+    since: np.ndarray
+    """float64 (h, w), from when on it was marked without a GAP, s."""
+    stands: np.ndarray
+    """bool (h, w), whether that was long enough."""
 
 
 class Reach(NamedTuple):
@@ -81,7 +88,7 @@ def _free_line(costs, begin, end, reach, window):
 def mark_points(marks: Marks, grid: Grid, t: float, sensor: np.ndarray, points: np.ndarray, reach: Reach) -> Window:
     """Make lethal, at t (s), the cells of points (n, 3), m, within ``reach`` of the sensor (3,)."""
     origin_x, origin_y, resolution = grid
-    costs, marked_at = marks
+    costs, marked_at = marks.costs, marks.marked_at
     height, width = costs.shape
     timed = marked_at.shape == costs.shape
     window = (width, height, 0, 0)
@@ -93,6 +100,8 @@ def mark_points(marks: Marks, grid: Grid, t: float, sensor: np.ndarray, points: 
         if 0.0 <= u < width and 0.0 <= v < height:
             x, y = int(u), int(v)
             if timed:
+                if t - marked_at[y, x] > GAP:
+                    marks.since[y, x] = t
                 marked_at[y, x] = t
             if costs[y, x] != LETHAL:
                 costs[y, x] = LETHAL
@@ -103,13 +112,27 @@ def mark_points(marks: Marks, grid: Grid, t: float, sensor: np.ndarray, points: 
 @kernel
 def forget_marks(marks: Marks, since: float, until: float, cost: int) -> Window:
     """Give a ``cost`` to the lethal cells that were last marked from ``since`` until ``until``, s."""
-    costs, marked_at = marks
+    costs, marked_at = marks.costs, marks.marked_at
     height, width = costs.shape
     window = (width, height, 0, 0)
     for y in range(height):
         for x in range(width):
             if costs[y, x] == LETHAL and since <= marked_at[y, x] <= until:
                 costs[y, x] = cost
+                window = grown(window, x, y)
+    return window
+
+
+@kernel
+def find_standing(marks: Marks, least: float) -> Window:
+    """Bring ``stands`` up to date: lethal cells that were marked for ``least`` s; returns what changed."""
+    height, width = marks.costs.shape
+    window = (width, height, 0, 0)
+    for y in range(height):
+        for x in range(width):
+            stands = marks.costs[y, x] == LETHAL and marks.marked_at[y, x] - marks.since[y, x] >= least
+            if stands != marks.stands[y, x]:
+                marks.stands[y, x] = stands
                 window = grown(window, x, y)
     return window
 
@@ -169,8 +192,9 @@ def warm() -> None:
     costs, points = np.zeros((3, 3), np.uint8), np.zeros((1, 3))
     grid = Grid(0.0, 0.0, 1.0)
     clear_rays(costs, grid, (0.5, 0.5), points, 2)
-    marks = Marks(costs, np.zeros((3, 3)))
+    marks = Marks(costs, np.zeros((3, 3)), np.zeros((3, 3)), np.zeros((3, 3), np.bool_))
     mark_points(marks, grid, 1.0, np.zeros(3), points, Reach(1.0, 1.0))
+    find_standing(marks, 1.0)
     forget_marks(marks, 0.0, 1.0, FREE)
     far_from(costs, grid, (0.0, 0.0, 0.0), points, 0.1)
     free_polygon(costs, np.zeros((3, 2), np.int64))
