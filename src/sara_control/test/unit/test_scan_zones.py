@@ -231,6 +231,18 @@ def test_before_who_comes_the_chair_is_slower_than_before_what_stands():
     assert goes + comes == pytest.approx(1.2 - SCAN.stop_distance, abs=0.1)
 
 
+@pytest.mark.parametrize('aside, slowly', [(0.2, True), (0.5, False)])
+def test_who_has_walked_to_a_place_beside_the_way_is_passed_slowly_and_what_stands_there_is_not(aside, slowly):
+    y = 0.5 * ZONES.width + ZONES.side_margin + aside + 0.1
+    stands = Ride(lambda _: [(1.0, y, 0.1)]).run(0.0, 0.0, 2.0)
+    walks = Ride(lambda t: [(1.0, y + 0.7 * max(12.0 - t, 0.0), 0.1)]).run(0.0, 0.0, 2.0)
+    gentle = stands.zones._stopping(True)
+    post, person = (0.8 * ride.zones.scan.limit(0.8, 0.0, gentle, ZONES.ease)[0] for ride in (stands, walks))
+    assert len(walks.zones.scan.movers.x) > 3 and post >= 0.8
+    assert person == pytest.approx(SCAN.passing_speed) if slowly else person >= 0.8
+    assert walks.zones.scan.limit(-0.2, 0.0, gentle, ZONES.ease)[0] >= 1.0, 'away from them'
+
+
 def test_a_jamb_that_the_front_has_passed_is_known_after_a_wait_in_the_door():
     ride = Ride(lambda _: [(1.2, 0.45, 0.05)]).run(0.5, 0.0, 2.6).run(0.0, 0.0, 8.0)
     gentle = ride.zones._stopping(True)
@@ -356,6 +368,8 @@ def test_who_is_heard_to_walk_is_not_carved_away():
         {'memory': 0},
         {'still_memory': 0},
         {'approach': -1},
+        {'passing_distance': -0.1},
+        {'passing_speed': 0},
         {'enabled': 1},
         {'view_deg': 'wide'},
         {'x': math.nan},

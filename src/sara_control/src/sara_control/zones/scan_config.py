@@ -14,7 +14,8 @@ class ScanConfig:
     timeout: s without a scan until the sonars' limits hold alone. reaction_time: s from an obstacle to the wheels'
     answer. stop_distance: m before contact. creep_speed: m/s, allowed up to there. memory: s for which what was seen is
     kept; still_memory: s for what stood still. walk: m/s at which somebody may come to where nothing is seen.
-    approach: m/s at which what moves may come towards the chair. tolerance: m between an echo and the hit that explains
+    approach: m/s at which what moves may come towards the chair. passing_distance: m beside the body within which the
+    chair passes what moves at no more than passing_speed, m/s. tolerance: m between an echo and the hit that explains
     it.
     """
 
@@ -31,14 +32,16 @@ class ScanConfig:
     still_memory: float = 20.0
     walk: float = 1.0
     approach: float = 0.8
+    passing_distance: float = 0.3
+    passing_speed: float = 0.3
     tolerance: float = 0.1
 
     def __post_init__(self):
         times = ('timeout', 'reaction_time', 'memory', 'still_memory')
         faults = number_faults(
             self,
-            above_0=('view', *times, 'stop_distance', 'creep_speed', 'walk', 'tolerance'),
-            from_0=('approach',),
+            above_0=('view', *times, 'stop_distance', 'creep_speed', 'walk', 'passing_speed', 'tolerance'),
+            from_0=('approach', 'passing_distance'),
         )
         faults += [
             f'{name} is {getattr(self, name)!r}, allowed are numbers'

@@ -46,12 +46,13 @@ class Echo(NamedTuple):
 
 class ScanZones:
     """config: ScanConfig. half: of a sonar's cone, rad. body: Body. `hits`: Places of what the scanner hit, in the base
-    frame; `movers`: of those that move; `live`: whether a scan is fresh. `dropped`: why the last scan was not taken, or
-    ''.
+    frame; `movers`: of those that move; `passed`: the same, of a body that is wider by `passing_distance` on each
+    side. `live`: whether a scan is fresh. `dropped`: why the last scan was not taken, or ''.
     """
 
     def __init__(self, config: ScanConfig, half: float, body: Body) -> None:
         self.config, self._half, self._body = config, half, body
+        self._wide = Body(body.half_length, body.half_width + config.passing_distance)
         self.reckoning = Reckoning()
         warm()
         self._memory = ScanMemory(config.walk, config.memory, config.still_memory)
@@ -59,7 +60,7 @@ class ScanZones:
         self._points, self._moves = np.empty((0, 2)), np.zeros(0, bool)
         self._seen_at, self._explained = -math.inf, {}
         self._begun = False  # before the first wheels and turn rates no way is known, and that is no fault
-        self.hits = self.movers = _places_of(np.empty((0, 2)), body)
+        self.hits = self.movers = self.passed = _places_of(np.empty((0, 2)), body)
         self.live = False
 
     def on_scan(self, sweep: Sweep, now: float) -> str:
@@ -129,7 +130,7 @@ class ScanZones:
         pose = self.reckoning.at(t, t) if -AHEAD <= t - self._stamp <= self.config.timeout else None
         self.live = pose is not None and self.reckoning.breaks == self._breaks
         if not self.live:
-            self.hits = self.movers = _places_of(np.empty((0, 2)), self._body)
+            self.hits = self.movers = self.passed = _places_of(np.empty((0, 2)), self._body)
             return None
         x, y, yaw = pose
         c, s = math.cos(yaw), math.sin(yaw)
@@ -137,6 +138,7 @@ class ScanZones:
         points = np.column_stack([c * off[:, 0] + s * off[:, 1], c * off[:, 1] - s * off[:, 0]])
         self.hits = _places_of(points, self._body)
         self.movers = _places_of(points[self._moves], self._body)
+        self.passed = _places_of(points[self._moves], self._wide)
         return pose
 
     def carved(
@@ -187,13 +189,18 @@ class ScanZones:
             min(own.creep, CRAWL),
             True,
         )
-        return min(self._limit_of(self.hits, v, w, own), self._limit_of(self.movers, v, w, of_movers))
+        of_passed = of_movers._replace(creep=float(config.passing_speed))
+        return min(
+            self._limit_of(self.hits, v, w, self._body, own),
+            self._limit_of(self.movers, v, w, self._body, of_movers),
+            self._limit_of(self.passed, v, w, self._wide, of_passed),
+        )
 
-    def _limit_of(self, places, v, w, stopping):
-        """As `limit`, of some places."""
+    def _limit_of(self, places, v, w, body, stopping):
+        """As `limit`, of some places about a body."""
         if not len(places.x):
             return math.inf, ''
-        factor, at = zone_places.limit(places, v, w, self._body, stopping)
+        factor, at = zone_places.limit(places, v, w, body, stopping)
         return (factor, self._side(places, at)) if at >= 0 else (math.inf, '')
 
     def _side(self, places, at):
