@@ -290,13 +290,16 @@ def test_when_time_goes_back_old_stamps_hinder_nothing():
     assert layer.counts['old_observations'] == 0 and costmap.costmap.costs[3, 3] == LETHAL
 
 
+def rolling(**parameters):
+    """(LayeredCostmap, its ObstacleLayer) of 6 x 6 m that follows the robot, with the source scan."""
+    sources = (SourceConfig('scan'),)
+    layer = ObstacleLayer('obstacles', ObstacleConfig(sources=sources, footprint_clearing_enabled=False, **parameters))
+    config = CostmapConfig(rolling_window=True, resolution=0.1, width=6.0, height=6.0)
+    return LayeredCostmap(config, [layer], np.ones((1, 2))), layer
+
+
 def test_a_rolling_window_takes_what_was_seen_along():
-    layer = ObstacleLayer(
-        'obstacles', ObstacleConfig(sources=(SourceConfig('scan'),), footprint_clearing_enabled=False)
-    )
-    costmap = LayeredCostmap(
-        CostmapConfig(rolling_window=True, resolution=0.1, width=6.0, height=6.0), [layer], np.ones((1, 2))
-    )
+    costmap, layer = rolling()
     costmap.update(0.0, AT_ORIGIN)
     see(layer, 1.05, 0.55, source='scan')
     costmap.update(0.1, AT_ORIGIN)
@@ -362,12 +365,7 @@ def test_what_is_forgotten_is_what_nothing_is_known_of(track_unknown, after):
 
 
 def test_marks_that_roll_along_are_forgotten_in_time():
-    source = SourceConfig('scan')
-    config = ObstacleConfig(sources=(source,), footprint_clearing_enabled=False, pixel_decay=2.0)
-    layer = ObstacleLayer('obstacles', config)
-    costmap = LayeredCostmap(
-        CostmapConfig(rolling_window=True, resolution=0.1, width=6.0, height=6.0), [layer], np.ones((1, 2))
-    )
+    costmap, layer = rolling(pixel_decay=2.0)
     costmap.update(0.0, AT_ORIGIN)
     see(layer, 1.05, 0.55, source='scan')
     costmap.update(0.1, AT_ORIGIN)
@@ -456,11 +454,7 @@ def test_what_is_seen_now_and_then_does_not_stand():
 
 
 def test_what_stands_rolls_along():
-    config = ObstacleConfig(sources=(SourceConfig('scan'),), footprint_clearing_enabled=False, mark_after=1.0)
-    layer = ObstacleLayer('obstacles', config)
-    costmap = LayeredCostmap(
-        CostmapConfig(rolling_window=True, resolution=0.1, width=6.0, height=6.0), [layer], np.ones((1, 2))
-    )
+    costmap, layer = rolling(mark_after=1.0)
     for k in range(16):
         see(layer, 1.05, 0.55, stamp=0.1 * k, source='scan')
         costmap.update(0.1 * k, Pose2D(0.1 * k, -0.1 * k, 0.0))

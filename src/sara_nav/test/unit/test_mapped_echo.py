@@ -184,20 +184,20 @@ def test_a_map_that_has_not_come_explains_nothing():
     assert costmap.costmap.cost_at(1.0, 0.0) == LETHAL
 
 
+def sonars_with(parameter):
+    """The Parameters of a costmap that was read, of range sensors alone with a parameter set."""
+    layer = {'name': 'sonars', 'type': 'range_sensor_layer::RangeSensorLayer'}
+    tree = Parameters({'c': {'plugins': [layer], 'sonars': {parameter: True}}})
+    read_costmap(tree, 'c/', robot_radius=0.3)
+    return tree
+
+
 def test_parameters_are_checked_and_one_without_a_map_is_said():
     assert RangeSensorConfig(mapped_tolerance=-0.1).faults() == [
         'mapped_tolerance is -0.1, allowed are numbers from 0 to 10'
     ]
     assert 'mapped_steepest' in RangeSensorConfig(mapped_steepest=2.0).faults()[0]
-    tree = Parameters(
-        {
-            'c': {
-                'plugins': [{'name': 'sonars', 'type': 'range_sensor_layer::RangeSensorLayer'}],
-                'sonars': {'ignore_mapped': True},
-            }
-        }
-    )
-    read_costmap(tree, 'c/', robot_radius=0.3)
+    tree = sonars_with('ignore_mapped')
     assert 'parameter c/sonars/ignore_mapped has no effect: the costmap has no costmap_2d::StaticLayer' in tree.warnings
 
 
@@ -243,13 +243,5 @@ def test_an_echo_of_what_the_laser_does_not_see_marks():
 
 
 def test_ignore_seen_without_an_obstacle_layer_is_said():
-    tree = Parameters(
-        {
-            'c': {
-                'plugins': [{'name': 'sonars', 'type': 'range_sensor_layer::RangeSensorLayer'}],
-                'sonars': {'ignore_seen': True},
-            }
-        }
-    )
-    read_costmap(tree, 'c/', robot_radius=0.3)
+    tree = sonars_with('ignore_seen')
     assert 'parameter c/sonars/ignore_seen has no effect: the costmap has no costmap_2d::ObstacleLayer' in tree.warnings
