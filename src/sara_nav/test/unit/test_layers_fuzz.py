@@ -14,7 +14,7 @@ from sara_nav.costmaps.layered_costmap import CostmapConfig, LayeredCostmap
 from sara_nav.costmaps.layers.inflation import InflationLayer
 from sara_nav.costmaps.layers.obstacle import ObstacleLayer
 from sara_nav.costmaps.layers.obstacle_config import ObstacleConfig, SourceConfig
-from sara_nav.costmaps.layers.range_sensor import RangeReading, RangeSensorLayer
+from sara_nav.costmaps.layers.range_sensor import RangeReading, RangeSensorConfig, RangeSensorLayer
 from sara_nav.costmaps.layers.static import StaticLayer
 from sara_nav.costmaps.observations import CloudLayout, Observation, ObservationError, cloud_points, scan_points
 from sara_nav.grids.grid import GridError, GridGeometry
@@ -66,9 +66,15 @@ def make(rolling):
     layers = [
         StaticLayer('map'),
         ObstacleLayer(
-            'scan', ObstacleConfig(sources=(SourceConfig('scan', clearing=True, observation_persistence=1.0),))
+            'scan',
+            ObstacleConfig(
+                sources=(SourceConfig('scan', clearing=True, observation_persistence=1.0),),
+                pixel_decay=2.0,
+                passing_memory=0.5,
+                mark_after=0.3,
+            ),
         ),
-        RangeSensorLayer('range'),
+        RangeSensorLayer('range', RangeSensorConfig(ignore_seen=True)),
         InflationLayer('inflation', InflationConfig(0.5)),
     ]
     return LayeredCostmap(

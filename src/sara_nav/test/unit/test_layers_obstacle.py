@@ -354,6 +354,17 @@ def test_a_mark_that_is_not_made_again_is_forgotten_after_its_time():
     assert count(costmap, LETHAL) == 1, 'seen again it stays'
 
 
+def test_what_was_seen_in_the_future_is_forgotten_as_if_it_was_seen_now():
+    costmap, layer = make(static=False, sources=(ONCE,), pixel_decay=2.0)
+    see(layer, 5.5, 5.5, stamp=1e9, source='once')
+    costmap.update(0.0, AT_ORIGIN)
+    layer.forget_observations()
+    costmap.update(1.9, AT_ORIGIN)
+    assert count(costmap, LETHAL) == 1
+    costmap.update(2.1, AT_ORIGIN)
+    assert count(costmap, LETHAL) == 0
+
+
 @pytest.mark.parametrize('track_unknown, after', [(True, UNKNOWN), (False, FREE)])
 def test_what_is_forgotten_is_what_nothing_is_known_of(track_unknown, after):
     costmap, layer = make(static=False, track_unknown=track_unknown, sources=(ONCE,), pixel_decay=2.0)

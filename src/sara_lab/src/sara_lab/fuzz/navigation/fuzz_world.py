@@ -167,11 +167,21 @@ def costmap(chance: random.Random, rolling: bool) -> LayeredCostmap:
     layers = [
         StaticLayer('static', StaticLayerConfig(track_unknown_space=chance.random() < 0.5)),
         ObstacleLayer(
-            'obstacles', ObstacleConfig(sources=(SourceConfig('scan', clearing=True, max_obstacle_height=2.0),))
+            'obstacles',
+            ObstacleConfig(
+                sources=(SourceConfig('scan', clearing=True, max_obstacle_height=2.0),),
+                pixel_decay=chance.choice((0.0, 2.0)),
+                passing_memory=chance.choice((0.0, 1.0)),
+                mark_after=chance.choice((0.0, 0.5)),
+            ),
         ),
         RangeSensorLayer(
             'ultrasonic',
-            RangeSensorConfig(topics=('front', 'rear'), no_readings_timeout=chance.choice((0.0, 0.0, 3.0))),
+            RangeSensorConfig(
+                topics=('front', 'rear'),
+                no_readings_timeout=chance.choice((0.0, 0.0, 3.0)),
+                ignore_seen=chance.random() < 0.5,
+            ),
         ),
         SpeedFilter('slow'),
         KeepoutFilter('keepout', KeepoutConfig(override_lethal_cost=chance.random() < 0.8)),

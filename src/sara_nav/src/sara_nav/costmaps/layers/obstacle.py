@@ -172,7 +172,8 @@ class ObstacleLayer(GridLayer):
                 if o.stamp > self._passing_until:
                     points = self._unmapped(o.points) if self.config.ignore_mapped else o.points
                     sensor = np.array(o.origin, np.float64)
-                    windows.add(*rays.mark_points(marks, grid, float(o.stamp), sensor, points, reach))
+                    at = float(min(o.stamp, t))  # a clock that is ahead must not make marks that stay
+                    windows.add(*rays.mark_points(marks, grid, at, sensor, points, reach))
         if self.config.pixel_decay > 0.0:
             windows.add(*self._forget(-math.inf, t - self.config.pixel_decay))
         if self.config.footprint_clearing_enabled and pose is not None and len(self.parent.footprint) > 2:
