@@ -215,11 +215,14 @@ class ObstacleLayer(GridLayer):
             windows.add(*rays.free_polygon(self.costs, cells.astype(np.int64)))
 
     def update_costs(self, costs: np.ndarray, window: Window) -> None:
-        own = self.costs
+        if self.config.combination_method == NOTHING:
+            return
+        x0, y0, xn, yn = window
+        part = np.s_[y0:yn, x0:xn]
+        own = self.costs[part]
         if self.config.mark_after > 0.0:
-            own = np.where((own == LETHAL) & ~self._marks.stands, np.uint8(self.default), own)
-        if self.config.combination_method != NOTHING:
-            combine(costs, own, window, self.config.combination_method == MAXIMUM)
+            own = np.where((own == LETHAL) & ~self._marks.stands[part], np.uint8(self.default), own)
+        combine(costs[part], own, (0, 0, xn - x0, yn - y0), self.config.combination_method == MAXIMUM)
 
 
 def warm() -> None:
