@@ -15,6 +15,7 @@ from scipy.spatial import cKDTree
 
 from sara_bringup.lockstep.localization import Estimate, Filter
 from sara_bringup.lockstep.lockstep import Lockstep
+from sara_common.files import merged
 from sara_common.planar import Pose2D, compose
 from sara_common.platforms import chosen, parameters
 from sara_lab.journeys.travel_cases import grid_of, map_file, random_of, roomy_pose
@@ -150,7 +151,8 @@ class Exploration:
         self._drawn, self._drawn_at, self._asked_at = 0, -math.inf, -math.inf
 
     def _navigation(self):
-        return parameters('sara_bringup', 'mapping_nav.yaml')
+        tree = parameters('sara_bringup', 'mapping_nav.yaml')
+        return merged(tree, parameters('sara_bringup', 'scan_mapping_nav.yaml')) if self.scan else tree
 
     def _mapping(self, reckoned):
         return Mapping(reckoned, slam_of())
