@@ -5,6 +5,7 @@ The test is the clock (twice real time) and the chair: its wheels turn as the co
 """
 
 import math
+import statistics
 import threading
 import time
 import unittest
@@ -135,8 +136,9 @@ class DiffDriveTest(unittest.TestCase):
         self.wait(2.0)
         late = max(self.moving(stopped_asking)) - stopped_asking
         self.assertLess(late, 0.65, 'the wheels turned after the timeout')
-        rate = sum(t > chair.now - 1.0 for t, *_ in chair.frames)
-        self.assertAlmostEqual(rate, 50, delta=5)
+        # At 50 Hz; the machine may be held up for a while, which the median of five spells leaves out.
+        spells = [sum(0.4 * k <= t - stopped_asking < 0.4 * (k + 1) for t, *_ in chair.frames) for k in range(5)]
+        self.assertAlmostEqual(statistics.median(spells), 20, delta=2)
 
         last = got['/diff_drive_controller/odom'][-1]
         turned = (chair.wheels[1] - chair.wheels[0]) * WHEELS.radius / WHEELS.separation
