@@ -5,6 +5,7 @@ Each update asks the layers, from the bottom up, first which cells changed and t
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from typing import Protocol
 
@@ -60,6 +61,7 @@ class Layer:
         self.counts = Counter()
         self.problem = ''
         self.parent = None
+        self._passing_until = -math.inf
 
     @property
     def enabled(self) -> bool:
@@ -106,9 +108,20 @@ class Layer:
 
     def time_went_back(self, t: float) -> None:
         """The clock was set back to ``t`` (s): stamps from before mean nothing."""
+        self._passing_until = -math.inf
 
     def let_pass(self, t: float) -> None:
-        """Whoever stops the robot says at t (s) that somebody who moves passes it."""
+        """Whoever stops the robot says at t (s) that somebody who moves passes: a layer with a `passing_memory` marks
+        nothing for so long, and forgets what it marked so long before. It clears all the same.
+        """
+        memory = getattr(self.config, 'passing_memory', 0.0)
+        if memory > 0.0 and self.enabled:
+            if t > self._passing_until:
+                self.forget_since(t - memory)
+            self._passing_until = t + memory
+
+    def forget_since(self, since: float) -> None:
+        """Let go of what was last marked after ``since`` (s)."""
 
     def stale(self, t: float) -> str:
         """Return '' or a sentence on what this layer waits for."""

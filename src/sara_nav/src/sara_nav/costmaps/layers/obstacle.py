@@ -35,7 +35,6 @@ class ObstacleLayer(GridLayer):
         self._heard = {}
         self._new = set()
         self._started = None
-        self._passing_until = -math.inf
         super().attach(parent)
 
     def resize(self, geometry: GridGeometry) -> None:
@@ -116,23 +115,17 @@ class ObstacleLayer(GridLayer):
             seen.clear()
 
     def time_went_back(self, t: float) -> None:
+        super().time_went_back(t)
         self.forget_observations()
         self._heard.clear()
         self._new.clear()
-        self._started, self._passing_until = t, -math.inf
+        self._started = t
         for stamps in self._times[:2]:
             np.minimum(stamps, t, out=stamps)
 
-    def let_pass(self, t: float) -> None:
-        """Somebody who moves passes at t (s): for `passing_memory` points mark nothing, and what was marked so long
-        before is forgotten. The rays clear all the same.
-        """
-        memory = self.config.passing_memory
-        if memory > 0.0 and self.enabled:
-            if t > self._passing_until:
-                self._forget(t - memory, t)
-                self.parent.touch_all()
-            self._passing_until = t + memory
+    def forget_since(self, since: float) -> None:
+        self._forget(since, math.inf)
+        self.parent.touch_all()
 
     def _forget(self, since, until):
         """Let go of what was last marked between two times (s); returns the window (x0, y0, xn, yn) of it."""

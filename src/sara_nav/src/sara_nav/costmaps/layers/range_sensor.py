@@ -52,7 +52,6 @@ class RangeSensorLayer(Layer):
         self._stamps = {}
         self._heard = {}
         self._started = None
-        self._passing_until = -math.inf
         self._kind = self.config.input_sensor_type.upper()
         super().attach(parent)
 
@@ -97,10 +96,11 @@ class RangeSensorLayer(Layer):
         self._free_at = np.full(self._grid.shape if self.config.free_memory > 0.0 else (0, 0), -math.inf)
 
     def time_went_back(self, t: float) -> None:
+        super().time_went_back(t)
         self._waiting.clear()
         self._stamps.clear()
         self._heard.clear()
-        self._started, self._passing_until = t, -math.inf
+        self._started = t
         np.minimum(self._seen_at, t, out=self._seen_at)
         self._free_at[:] = -math.inf
 
@@ -121,18 +121,11 @@ class RangeSensorLayer(Layer):
             self.drop('overflow', f'more than {MOST_WAITING} readings between two updates')
         self._waiting.append(reading)
 
-    def let_pass(self, t: float) -> None:
-        """Somebody who moves passes at t (s): for `passing_memory` echoes mark nothing, and what was marked so long
-        before is forgotten. The cones up to the echoes are free all the same.
-        """
-        memory = self.config.passing_memory
-        if memory > 0.0 and self.enabled:
-            if t > self._passing_until:
-                lately = (self._seen_at > t - memory) & (self._grid > self.config.mark_threshold)
-                if lately.any():
-                    self._grid[lately] = 0.5
-                    self.parent.touch_all()
-            self._passing_until = t + memory
+    def forget_since(self, since: float) -> None:
+        lately = (self._seen_at > since) & (self._grid > self.config.mark_threshold)
+        if lately.any():
+            self._grid[lately] = 0.5
+            self.parent.touch_all()
 
     def _fault(self, r):
         source, stamp, x, y, yaw, distance, least, most, field_of_view = r
