@@ -17,7 +17,9 @@ QEMU = '/usr/bin/qemu-aarch64-static'
 BINFMT = Path('/proc/sys/fs/binfmt_misc')
 BINFMT_LINE = Path('/usr/lib/binfmt.d/qemu-aarch64.conf')
 # What this machine's pip and apt are told of mirrors and certificates holds in the root, too.
-CONFIGURATION = ('etc/resolv.conf', 'etc/hosts', 'etc/pip.conf', 'etc/ssl/certs/ca-certificates.crt')
+CERTIFICATES, KEPT_CERTIFICATES = 'etc/ssl/certs/ca-certificates.crt', 'usr/local/share/arm64-certificates.crt'
+"""Kept in the root a second time, for pip: installing ca-certificates there replaces the first."""
+CONFIGURATION = ('etc/resolv.conf', 'etc/hosts', 'etc/pip.conf', CERTIFICATES)
 PASSED_ON = ('PIP_', 'http_proxy', 'https_proxy', 'no_proxy')
 PATH = '/usr/sbin:/usr/bin:/sbin:/bin'
 ENVIRONMENT = {
@@ -76,6 +78,8 @@ class Machine:
     def command(self, script: str) -> list[str]:
         """Command line of a shell script (bash -e) in the working tree inside the root."""
         told = {name: value for name, value in os.environ.items() if name.startswith(PASSED_ON)}
+        if (self.root / KEPT_CERTIFICATES).exists():
+            told['PIP_CERT'] = f'/{KEPT_CERTIFICATES}'
         words = [f'{name}={value}' for name, value in {**told, **ENVIRONMENT}.items()]
         script = f'cd /{self.tree.name}; {script}'
         return [*self.enter, str(self.root), '/usr/bin/env', '-i', *words, '/bin/bash', '-ec', script]
@@ -121,10 +125,10 @@ class Machine:
 
     def configure(self) -> None:
         """Copy this machine's configuration of mirrors and certificates into the root."""
-        for name in CONFIGURATION:
+        for name, place in [*zip(CONFIGURATION, CONFIGURATION), (CERTIFICATES, KEPT_CERTIFICATES)]:
             if (Path('/') / name).exists():
-                (self.root / name).parent.mkdir(parents=True, exist_ok=True)
-                shutil.copyfile(Path('/') / name, self.root / name)
+                (self.root / place).parent.mkdir(parents=True, exist_ok=True)
+                shutil.copyfile(Path('/') / name, self.root / place)
 
     def mount(self) -> None:
         """Mount /proc and /dev in the root, for as long as this namespace lives."""

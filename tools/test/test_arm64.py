@@ -2,6 +2,7 @@
 
 import json
 import math
+import os
 
 import arm64_memory
 import arm64_results
@@ -101,6 +102,15 @@ def test_tests_are_counted_and_what_failed_is_named(tmp_path):
     assert count.failed == {'a.bad': '1 != 2', 'test_b.py': 'not finished in 9 s'}
     lines = arm64_results.units_table({'one': count})
     assert '| one | 1 | 2 | 1 | 1 | 2 |' in lines and '- `a.bad` failed:\n  1 != 2' in '\n'.join(lines)
+
+
+def test_pip_in_the_root_trusts_what_this_machine_trusts(tmp_path):
+    arm = arm64_root.Machine(tmp_path)
+    assert not [word for word in arm.command('true') if word.startswith('PIP_CERT=')] or 'PIP_CERT' in os.environ
+    kept = arm.root / arm64_root.KEPT_CERTIFICATES
+    kept.parent.mkdir(parents=True)
+    kept.touch()
+    assert f'PIP_CERT=/{arm64_root.KEPT_CERTIFICATES}' in arm.command('true')
 
 
 def test_only_what_lies_between_the_marks_is_written():

@@ -35,8 +35,10 @@ class LatticePlannerConfig:
     approached straight. blind, beside, blind_weight: a turn or an arc takes up to 1 + blind_weight times as long with
     something nearer than blind before the front or behind the rear, where sensors do not measure; so does a turn in
     place with something nearer than beside, which is at most blind. smooth: move corners to where the path takes less
-    time, and round them where there is room. curve_radius: m of the least arc by which turns in place become turns
-    while driving, where that takes less time; 0: none do. curve_margin: gap on such arcs. curve_stop: s that stopping
+    time, and round them where there is room. bend_deviation: how far bends may leave their arcs to begin and end
+    gently, where the gap is clearance; evenly less with less, nothing from curve_margin on; 0: they do not.
+    curve_radius: m of the least arc by which turns in place become turns while driving, where that takes less time; 0:
+    none do. curve_margin: gap on such arcs, and that gentle bends leave. curve_stop: s that stopping
     to turn in place takes then. max_vel_x ... ahead_stop_distance: how the local planner drives, by which such paths
     are timed; see RotateThenPursueConfig. greed: how much more the search, whose path is then made straight, minds what
     is left than what is behind. max_expansions: states looked at before it gives up.
@@ -63,6 +65,7 @@ class LatticePlannerConfig:
     beside: float = 0.0
     blind_weight: float = 20.0
     smooth: bool = True
+    bend_deviation: float = 0.05
     curve_radius: float = 0.0
     curve_margin: float = 0.12
     curve_stop: float = 3.0
@@ -101,6 +104,7 @@ class LatticePlannerConfig:
                 'blind': (0.0, 2.0),
                 'beside': (0.0, 2.0),
                 'blind_weight': (0.0, 1000.0),
+                'bend_deviation': (0.0, 1.0),
                 'curve_radius': (0.0, 10.0),
                 'curve_margin': (0.0, 1.0),
                 'curve_stop': (0.0, 100.0),

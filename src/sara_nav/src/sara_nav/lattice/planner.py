@@ -28,6 +28,7 @@ from sara_nav.lattice import (
     shortcuts,
     smooth,
     straighten,
+    transitions,
     tree,
 )
 from sara_nav.lattice import body as lattice_body
@@ -139,5 +140,5 @@ class LatticePlanner:
 def warm() -> None:
     """Compile, or load from the cache, every kernel of this planner, once; making a planner does it too."""
     first = (lattice_field, lattice_body, arrivals, gates, joining, moves, rounding, search)
-    for module in (*first, smooth, straighten, tree, dubins, driving, shortcuts):
+    for module in (*first, smooth, straighten, tree, dubins, driving, shortcuts, transitions):
         module.warm()

@@ -87,7 +87,8 @@ class Problem:
             with contextlib.suppress(PlanError):
                 steps = min(steps, patient._steps(start, goal, limit, limit_end), key=astern)
             self.expanded += patient.expanded
-        return as_plan(steps, start, goal, self.config.path_spacing)
+        law = float(self.config.bend_deviation), float(self.config.curve_margin)
+        return as_plan(self.world, steps, (start, goal), self.config.path_spacing, law)
 
     def explore(self, start: Pose2D) -> np.ndarray:
         """Return bool (rows, columns) of the cells that the circle within the body comes to from a pose."""
