@@ -119,26 +119,32 @@ def free_poses(costmap, count, seed, spare=0.03):
 
 # -- laws ----------------------------------------------------------------------------------------------------------
 
+GENTLE = {'curve_radius': 0.4, 'bend_deviation': 0.05}
 coordinate, angle = st.floats(0.6, 5.4), st.floats(-math.pi, math.pi)
 box = st.tuples(st.floats(0.0, 5.5), st.floats(0.0, 5.5), st.floats(0.05, 1.0), st.floats(0.05, 1.0))
 
 
 @settings(max_examples=60, suppress_health_check=[HealthCheck.filter_too_much])
-@given(st.lists(box, max_size=5), st.tuples(coordinate, coordinate, angle), st.tuples(coordinate, coordinate, angle))
-@example([], (3.0, 3.0, 0.5), (3.0, 3.0, 0.5))
-@example([], (3.0, 3.0, 0.5), (3.0, 3.0, -2.5))
-def test_every_plan_is_whole_can_be_driven_touches_nothing_and_is_the_same_again(boxes, start, goal):
+@given(
+    st.lists(box, max_size=5),
+    st.tuples(coordinate, coordinate, angle),
+    st.tuples(coordinate, coordinate, angle),
+    st.sampled_from([{}, GENTLE]),
+)
+@example([], (3.0, 3.0, 0.5), (3.0, 3.0, 0.5), {})
+@example([], (3.0, 3.0, 0.5), (3.0, 3.0, -2.5), {})
+def test_every_plan_is_whole_can_be_driven_touches_nothing_and_is_the_same_again(boxes, start, goal, bends):
     costmap = grid(6.0, 6.0, *((x, y, x + w, y + h) for x, y, w, h in boxes))
     start, goal = Pose2D(*start), Pose2D(*goal)
     world = LocalWorld(costmap, PADDED)
     assume(not world.collides(start) and not world.collides(goal))
     try:
-        plan = plan_of(costmap, start, goal, max_expansions=4000)
+        plan = plan_of(costmap, start, goal, max_expansions=4000, **bends)
     except PlanError as error:
         assert 'no way leads the footprint' in str(error)
         return
     check(plan, costmap, start, goal)
-    assert np.array_equal(plan, plan_of(costmap, start, goal, max_expansions=4000))
+    assert np.array_equal(plan, plan_of(costmap, start, goal, max_expansions=4000, **bends))
 
 
 @settings(max_examples=25)

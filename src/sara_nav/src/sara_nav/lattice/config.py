@@ -65,7 +65,7 @@ class LatticePlannerConfig:
     beside: float = 0.0
     blind_weight: float = 20.0
     smooth: bool = True
-    bend_deviation: float = 0.05
+    bend_deviation: float = 0.0
     curve_radius: float = 0.0
     curve_margin: float = 0.12
     curve_stop: float = 3.0
