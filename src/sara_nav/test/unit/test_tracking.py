@@ -83,15 +83,6 @@ def test_a_sharp_bend_of_a_plan_without_turns_parts_two_legs_with_straight_ends(
     assert abs(Leg(first.points).heading[-1]) < 0.2 and abs(Leg(second.points).heading[0] - 0.5 * math.pi) < 0.3
 
 
-@pytest.mark.parametrize('bend', [0.4, -2.5, 3.5])
-def test_a_planned_arc_is_one_leg_however_tight(bend):
-    rows = np.array(arc(Pose2D(1.0, 2.0, 0.3), 1.0, bend))
-    (leg,) = stages(rows, 0.5)
-    assert len(leg.points) == len(rows)
-    plain = np.column_stack([rows[:, :2], np.full(len(rows), 3.0)])  # a yaw that has nothing to do with the path
-    assert len(stages(plain, 0.5)) > 1 or abs(bend) < 3.0
-
-
 @given(st.floats(-1.5, 1.5), st.floats(0.5, 3.0), st.floats(-3.0, 3.0))
 def test_straights_and_arcs_stay_what_they_are_when_smoothed(bend, length, yaw):
     rows = np.array(arc(Pose2D(1.0, 2.0, yaw), length, bend))

@@ -20,8 +20,6 @@ SHORTEST_LEG = 0.01
 SMALLEST_TURN = 0.01
 CORNER_REACH = 0.15
 """A bend within this way (m) is a corner: what is sharper than ``corner_angle`` there is driven as stop, turn, go."""
-PLANNED_BEND = 0.2
-"""rad from one point to the next of a path that is planned for the robot's outline: what bends less is an arc."""
 
 
 @dataclass(frozen=True)
@@ -71,9 +69,7 @@ def stages(plan: np.ndarray, corner_angle: float) -> list[Turn | Stretch]:
             if planned and j < n and abs(angle) > SMALLEST_TURN:
                 result.append(Turn(float(yaw[j]), angle))
         elif length[i:j].sum() > SHORTEST_LEG:
-            result += [
-                Stretch(part, bool(backward[i]), planned) for part in _split(xy[i : j + 1], corner_angle, planned)
-            ]
+            result += [Stretch(part, bool(backward[i]), planned) for part in _split(xy[i : j + 1], corner_angle)]
         i = j
     return result
 
@@ -109,11 +105,8 @@ def final_angle(plan: np.ndarray) -> float:
     return float(wrap(np.diff(plan[i:, 2])).sum())
 
 
-def _split(points, corner_angle, planned):
-    """Return the parts of a polyline (n, 2) between its corners; where the yaw was planned, too, what bends little from
-    one point to the next is no corner.
-    """
-    sharp = PLANNED_BEND if planned else 0.0
+def _split(points, corner_angle):
+    """Return the parts of a polyline (n, 2) between its corners."""
     points = points[np.append(True, np.hypot(*np.diff(points, axis=0).T) > 1e-6)]
     if len(points) < 3:
         return [points]
@@ -124,9 +117,8 @@ def _split(points, corner_angle, planned):
     while k < len(heading):
         # From the vertex on, the bend that comes within reach; the corner is put where the sharpest part of it is.
         last = int(np.searchsorted(along[:-1], along[k] + CORNER_REACH, side='right')) - 1
-        bends = np.abs(np.diff(heading[k - 1 : last + 1]))
-        if abs(heading[last] - heading[k - 1]) > corner_angle and bends.max() > sharp:
-            corner = k + int(np.argmax(bends))
+        if abs(heading[last] - heading[k - 1]) > corner_angle:
+            corner = k + int(np.argmax(np.abs(np.diff(heading[k - 1 : last + 1]))))
             if along[corner] - along[first] > SHORTEST_LEG:
                 parts.append((first, corner))
                 first = corner
