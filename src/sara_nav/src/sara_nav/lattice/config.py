@@ -36,7 +36,7 @@ class LatticePlannerConfig:
     something nearer than blind before the front or behind the rear, where sensors do not measure; so does a turn in
     place with something nearer than beside, which is at most blind. smooth: move corners to where the path takes less
     time, and round them where there is room. bend_deviation: how far bends may leave their arcs to begin and end
-    gently, where the gap is clearance; evenly less with less, nothing from curve_margin on; 0: they do not.
+    gently, where the gap is clearance or more; evenly less down to a gap of curve_margin, where they may not; 0: never.
     curve_radius: m of the least arc by which turns in place become turns while driving, where that takes less time; 0:
     none do. curve_margin: gap on such arcs, and that gentle bends leave. curve_stop: s that stopping
     to turn in place takes then. max_vel_x ... ahead_stop_distance: how the local planner drives, by which such paths

@@ -9,14 +9,12 @@ from sara_common.planar import Pose2D, wrap
 from sara_nav.lattice import body, transitions
 from sara_nav.lattice.moves import TURNS, kind_of
 from sara_nav.lattice.world import World
+from sara_nav.pursuit.plan_stages import SAME_PLACE
 
 TURN_ROWS = 0.1
 """rad between the rows of a turn in place."""
 BENDING_SHARE = 0.5
 """Share of the spacing of rows that those of gentle bends have: from each to the next the robot rolls by an arc."""
-
-SAME_PLACE = 0.005
-"""m; of a row that stays and a pose beside those that were moved, as near as that, the row alone is kept."""
 
 
 def along(pose: Pose2D, moves: Iterable) -> tuple[np.ndarray, np.ndarray]:
@@ -45,8 +43,8 @@ def as_plan(world: World, steps: np.ndarray, ends: tuple[Pose2D, Pose2D], spacin
         kind, last = kind_of(steps[first, 3]), first + 1
         while last < len(steps) and kind_of(steps[last, 3]) == kind:
             last += 1
-        plain = np.vstack([_rows(step, spacing) for step in steps[first:last].tolist()])
-        rows.append(plain if kind == TURNS else drive(world, steps[first:last], plain, spacing, law))
+        plain = [_rows(step, spacing) for step in steps[first:last].tolist()]
+        rows += plain if kind == TURNS else [drive(world, steps[first:last], plain, spacing, law)]
         first = last
     plan = np.vstack(rows)
     if len(plan) == 1:
@@ -56,32 +54,29 @@ def as_plan(world: World, steps: np.ndarray, ends: tuple[Pose2D, Pose2D], spacin
     return plan
 
 
-def drive(world: World, steps: np.ndarray, rows: np.ndarray, spacing: float, law: tuple) -> np.ndarray:
-    """Return ``rows`` (n, 3), poses along moves (m, 5), all ahead or all astern, with others in place of those where
-    bends begin and end gently. spacing, law: of as_plan.
+def drive(world: World, steps: np.ndarray, plain: list[np.ndarray], spacing: float, law: tuple) -> np.ndarray:
+    """Return ``plain``, poses (k, 3) along each of moves (m, 5), all ahead or all astern, in one, with others in place
+    of those where bends begin and end gently. spacing, law: of as_plan.
     """
+    rows = np.vstack(plain)
     if law[0] <= 0.0 or not steps[:, 4].any():
         return rows
     moves, sense = np.ascontiguousarray(steps[:, 3:]), math.copysign(1.0, steps[0, 3])
     poses, step = transitions.sampled(steps[0, :3].copy(), moves, spacing * BENDING_SHARE)
     poses, changed = transitions.with_transitions(world, poses, sense, step, law)
     changed[0] = False  # where it begins is a row already
-    counts = [_count(length, turn, spacing) for length, turn in moves.tolist()]
-    way = np.concatenate([np.full(n, abs(length) / n) for n, length in zip(counts, moves[:, 0].tolist())]).cumsum()
+    way = np.concatenate([np.full(len(part), abs(length) / len(part)) for part, length in zip(plain, moves[:, 0])])
+    way = way.cumsum()
     before, nearest = np.minimum((way / step).astype(int), len(poses) - 2), np.rint(way / step).astype(int)
     stay = ~(changed[before] & changed[before + 1])
+    # Rows at one place would be a turn: of one that stays and a pose beside those that were moved, the row is kept.
     changed[nearest[stay & (np.abs(way - nearest * step) < SAME_PLACE)]] = False
     order = np.argsort(np.concatenate([way[stay], np.flatnonzero(changed) * step]), kind='stable')
     return np.vstack([rows[stay], poses[changed]])[order]
 
 
-def _count(length, turn, spacing):
-    """Into how many rows a move (m, rad) is cut."""
-    return max(1, math.ceil(abs(length) / spacing - 1e-9), math.ceil(abs(turn) / TURN_ROWS - 1e-9))
-
-
 def _rows(step, spacing):
     """Return the poses (n, 3) along one move (5,), but the first."""
     x, y, yaw, length, turn = step
-    n = _count(length, turn, spacing)
+    n = max(1, math.ceil(abs(length) / spacing - 1e-9), math.ceil(abs(turn) / TURN_ROWS - 1e-9))
     return np.array([body.place(Pose2D(x, y, yaw), length, turn, k / n) for k in range(1, n + 1)])

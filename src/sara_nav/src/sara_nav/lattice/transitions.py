@@ -24,10 +24,6 @@ LIGHTEST, FIRST, HEAVIEST, FIXED = 1e-12, 1e-6, 1e3, 1e6
 """Weights of poses, against 1 of the squared changes: the least, that of the first round, the most, of what stays."""
 LOWERED, RAISED = 0.05, 20.0
 """What a weight is multiplied by in a round, at least and at most."""
-BEYOND = 1
-"""Poses at each end by which the drive is thought to go on as it begins and ends, so that its heading stays there; its
-curvature need not, for there the robot is at rest.
-"""
 THIRD = (-1.0, 3.0, -3.0, 1.0)
 """Third difference of four values."""
 LEAST_BOUND = 1e-3
@@ -112,7 +108,8 @@ def squared_changes(n: int) -> np.ndarray:
 @kernel
 def solved(bands: np.ndarray, weights: np.ndarray, right: np.ndarray) -> np.ndarray:
     """Return x (n,) of (A + diag(weights)) x = right, A symmetric, of which ``bands`` (n, 4) are the diagonal and the
-    three above it: by the decomposition L D L' (Golub and Van Loan, Matrix Computations, 4.3).
+    three above it: by the decomposition L D L' (Golub and Van Loan, Matrix Computations, 4.3). Kernels cannot call
+    scipy's.
     """
     n = len(weights)
     lower, diagonal, x = np.zeros((n, 4)), np.empty(n), right.copy()  # lower[i, k]: L[i + k, i]
@@ -177,25 +174,25 @@ def with_transitions(
     law: (m that a pose is moved at most, where the gap is rules.clearance or more; m, the gap from which on it may be
     moved, and that is kept). Where a gap would become less than that, and less than it was, poses are moved less.
     """
+    # One pose more at each end, where the drive is thought to go on, holds its heading there. Its curvature may change,
+    # for there the robot is at rest.
     n, (most, keep) = len(poses), law
-    bends, bounds, gaps = np.zeros(n + 2 * BEYOND), np.zeros(n + 2 * BEYOND), np.empty(n)
+    bends, bounds, gaps = np.zeros(n + 2), np.zeros(n + 2), np.empty(n)
     room, chords = max(world.rules.clearance - keep, 1e-6), chords_of(poses, sense)
     for i in range(n):
-        bends[i + BEYOND] = step * (chords[i + 1] - chords[i])
+        bends[i + 1] = step * (chords[i + 1] - chords[i])
         gaps[i] = gap(world, Pose2D(poses[i, 0], poses[i, 1], poses[i, 2]), 0.0)
         if 0 < i < n - 1:
-            bounds[i + BEYOND] = most * min(max((gaps[i] - keep) / room, 0.0), 1.0)
-    for i in range(BEYOND):
-        bends[i], bends[n + BEYOND + i] = bends[BEYOND], bends[n + BEYOND - 1]
+            bounds[i + 1] = most * min(max((gaps[i] - keep) / room, 0.0), 1.0)
+    bends[0], bends[n + 1] = bends[1], bends[n]
     inside, about = inside_of(bends, step), int(ABOUT / step)
     for _ in range(TRIES):
         shift = shifts(bends, bounds, inside)
-        found = moved(poses, sense * shift[BEYOND : n + BEYOND], sense)
+        found = moved(poses, sense * shift[1:-1], sense)
         again, chords = bends.copy(), chords_of(found, sense)  # moved so far, a pose turns the path by a little else
-        for i in range(1, n - 1):
-            k = i + BEYOND
-            again[k] = step * (chords[i + 1] - chords[i]) - (shift[k - 1] - 2.0 * shift[k] + shift[k + 1])
-        shift = sense * shifts(again, bounds, inside)[BEYOND : n + BEYOND]
+        for i in range(2, n):
+            again[i] = step * (chords[i] - chords[i - 1]) - (shift[i - 1] - 2.0 * shift[i] + shift[i + 1])
+        shift = sense * shifts(again, bounds, inside)[1:-1]
         found, changed = moved(poses, shift, sense), beside(shift)
         misfits = misfits_of(world, found, changed, np.minimum(gaps, keep) - SPARE)
         if not misfits.any():
@@ -203,7 +200,7 @@ def with_transitions(
         for i in range(n):
             if misfits[i]:
                 for j in range(max(i - about, 0), min(i + about + 1, n)):
-                    bounds[j + BEYOND] *= LESS
+                    bounds[j + 1] *= LESS
     return poses, np.zeros(n, np.bool_)
 
 
