@@ -219,7 +219,10 @@ class RangeLocalizationTest(unittest.TestCase):
         self.map_pub.publish(room())
         self.ride(800, WRONG)
         wait_until(lambda: self.lost and self.lost[-1] >= 0.5, lambda: f'a wrong pose is believed: {self.lost}')
-        wait_until(lambda: self.status.message.startswith('lost: '), lambda: f'nothing is told: {self.status}')
+        wait_until(
+            lambda: self.status and self.status.message.startswith('lost: '),
+            lambda: f'nothing is told: {self.status}',
+        )
 
 
 def begins(search):
