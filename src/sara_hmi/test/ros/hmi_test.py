@@ -20,6 +20,7 @@ import numpy as np
 import rosnode
 import rospy
 import rostest
+from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped, TransformStamped, Twist
 from move_base_msgs.msg import MoveBaseAction
 from nav_msgs.msg import OccupancyGrid, Odometry, Path
@@ -471,6 +472,27 @@ class HmiTest(unittest.TestCase):
             self.robot.status.publish('The chair is ready.')
             state = await page.until('state', lambda f: f['gate']['state'] == 'IDLE', since)
             self.assertTrue(state['connected']['safety_gate/status'])
+
+        self.run_it(test)
+
+    def test_a_gate_that_hangs_is_said_until_it_goes_on(self):
+        async def test(page, _):
+            lives = threading.Event()
+            lives.set()
+            diagnostics = rospy.Publisher('/diagnostics', DiagnosticArray, queue_size=1)
+
+            def beat():
+                while not self.robot.end.wait(0.2):
+                    if lives.is_set():
+                        diagnostics.publish(DiagnosticArray())
+
+            threading.Thread(target=beat, daemon=True).start()
+            await page.until('state', lambda f: f['gate']['state'] == 'IDLE')
+            await asyncio.sleep(1.0)
+            lives.clear()
+            await page.until('state', lambda f: f['gate']['state'] == 'SILENT', len(page.got))
+            lives.set()
+            await page.until('state', lambda f: f['gate']['state'] == 'IDLE', len(page.got))
 
         self.run_it(test)
 

@@ -24,6 +24,7 @@ from sara_hmi.words.keys import assist
 from sara_nav.move_base.lost import LostWatch
 
 LATELY_S = 2.0  # of wall time: what came within is connected
+SILENT_S = 3.5  # of wall time without diagnostics, which come once a second, after which a node hangs
 ASKED_S = 0.5  # of wall time for which a command counts as asked
 OLDEST_POSE_S = 2.0  # of ROS time
 
@@ -46,6 +47,9 @@ class RobotInputs:
         self.override_s, self.helps, self.maps = AssistConfig.override_time, (), False
         self._heard: dict[str, float] = {}
         self._subscribers: dict[str, rospy.Subscriber] = {}
+        self._speakers: dict[str, str] = {}  # the node that spoke last on a topic
+        self._alive: dict[str, float] = {}  # when a node last gave its diagnostics
+        self._diagnostics = rospy.Subscriber('/diagnostics', rospy.AnyMsg, self._on_diagnostics, queue_size=50)
         self._shown: dict[str, bool] = {}
         self._odometry: Odometry | None = None
         self._asked: Twist | None = None
@@ -83,6 +87,7 @@ class RobotInputs:
 
         def heard(message: genpy.Message) -> None:
             self._heard[topic] = time.monotonic()
+            self._speakers[topic] = _sender(message)
             handle(message)
 
         self._subscribers[topic] = rospy.Subscriber(topic, kind, heard, queue_size=1, tcp_nodelay=True)
@@ -117,12 +122,21 @@ class RobotInputs:
         return self._is_gone('safety_gate/status')
 
     @property
+    def gate_hangs(self) -> bool:
+        """Whether the safety gate's node is connected, gave diagnostics, and gives none any more."""
+        last = self._alive.get(self._speakers.get('safety_gate/status', ''), math.inf)
+        return time.monotonic() - last > SILENT_S and self._is_there('safety_gate/status')
+
+    @property
     def mux_is_gone(self) -> bool:
         """Whether who passes on the commands has spoken, and is not there any more."""
         return self._is_gone('cmd_vel_asked')
 
     def _is_gone(self, topic):
         return self._heard[topic] > -math.inf and not self._is_there(topic)
+
+    def _on_diagnostics(self, message):
+        self._alive[_sender(message)] = time.monotonic()
 
     def _on_override_left(self, message):
         self._override_left = message.data if math.isfinite(message.data) else 0.0
@@ -157,7 +171,7 @@ class RobotInputs:
     def view(self) -> View:
         """The newest of everything."""
         now = time.monotonic()
-        view = View(pose=self.pose(), maps=self.maps, gate_is_gone=self.gate_is_gone)
+        view = View(pose=self.pose(), maps=self.maps, gate_is_gone=self.gate_is_gone or self.gate_hangs)
         if self._odometry is not None and now - self._heard['odom'] < LATELY_S:
             twist = self._odometry.twist.twist
             view.v, view.w = twist.linear.x, twist.angular.z
@@ -203,6 +217,11 @@ class RobotInputs:
                 return None
             self._sensors[frame] = pose
         return self._sensors[frame]
+
+
+def _sender(message):
+    """The name of the node that a message came from; empty where rospy does not tell."""
+    return (getattr(message, '_connection_header', None) or {}).get('callerid', '')
 
 
 def _finite(transform):

@@ -34,8 +34,8 @@ class View:
     gate: (State's name, Reason's name or "", the sentence). asked: the newest (v, w) of page or navigation.
     battery: (share 0 to 1 or None, V or None). connected: {topic: whether something came of late}. assist: None where
     shared control does not run. lost: whether the localization doubts the pose; None: it does not say. maps: whether a
-    map is being made, and can be saved. gate_is_gone: the gate has spoken, and is not there any more. obeys: whether
-    somebody takes the page's commands.
+    map is being made, and can be saved. gate_is_gone: the gate has spoken, and is not there any more, or hangs. obeys:
+    whether somebody takes the page's commands.
     """
 
     pose: Pose | None = None
