@@ -23,7 +23,7 @@ def test_a_junction_of_110_cm_is_entered_and_left():
 
 def test_where_it_does_not_get_in_it_says_why(monkeypatch):
     monkeypatch.setitem(places(), 'bend_0.95', tight_places._junction(0.70, 0.0))
-    seen = visit('bend_0.95', 'true', 0)
+    seen = visit('bend_0.95', 'true', 0, navigation={'ask_for_help': {'patience': 5.0}})
     assert not seen.went_in and not seen.came_out and seen.contacts == ()
     assert [fault.split(':')[0] for fault in seen.faults] == ['went not in']
     assert seen.to_json()['faults'] == seen.faults

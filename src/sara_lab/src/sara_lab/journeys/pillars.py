@@ -66,16 +66,25 @@ def world(number: int) -> tuple[map_io.GridMap, tuple[tuple[float, float, float]
 
 
 def _places(random):
-    """Where the pillars stand; begun anew where a room fills up too badly for all of them."""
-    places, tries = [], 0
-    while len(places) < PILLARS:
-        place = random.uniform([EDGE, EDGE], [ROOM[0] - EDGE, ROOM[1] - EDGE])
-        tries += 1
-        if tries > TRIES:
-            places, tries = [], 0
-        elif all(math.dist(place, other) >= chosen().body.width + GAP + DIAMETER for other in places):
-            places.append(place)
-    return places
+    """(PILLARS, 2) m: where the pillars stand; begun anew where a room fills up too badly for all of them."""
+    low, high = (EDGE, EDGE), (ROOM[0] - EDGE, ROOM[1] - EDGE)
+    while True:
+        before = random.bit_generator.state
+        drawn = random.uniform(low, high, (TRIES + 1, 2))[:TRIES]
+        kept = _spread(drawn, chosen().body.width + GAP + DIAMETER)
+        if len(kept) == PILLARS:  # what was drawn in vain is drawn again by whoever comes next
+            random.bit_generator.state = before
+            random.bit_generator.advance(2 * (kept[-1] + 1))
+            return drawn[kept]
+
+
+def _spread(places, apart):
+    """Indices of those places, one after the other, PILLARS at most, that are so far from each that came before."""
+    kept, left = [], np.arange(len(places))
+    while len(left) and len(kept) < PILLARS:
+        kept.append(left[0])
+        left = left[np.hypot(*(places[left] - places[kept[-1]]).T) >= apart]
+    return kept
 
 
 def _grid(places):
