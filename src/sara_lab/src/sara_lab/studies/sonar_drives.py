@@ -17,7 +17,7 @@ from sara_bringup.lockstep.lockstep import Lockstep
 from sara_common.planar import Pose2D
 from sara_lab.journeys.travel_cases import grid_of, map_file, random_of, roomy_pose
 from sara_lab.studies.map_drives import Guided
-from sara_lab.studies.sonar_survey import Survey
+from sara_lab.studies.sonar_survey import EVERYWHERE, FINISHING, Survey
 from sara_lab.studies.wandering import Ear, Recording, kept_recording
 from sara_sim.world.world import World
 
@@ -25,7 +25,9 @@ MAPS = ('room', 'doorway', 'flat', 'school')
 LIMIT_S, LEG_S, STOP_S = 1195.0, 60.0, 2.0
 """Of a drive, of the way to a place, and until the chair stands when it is given up."""
 WHOLE_S = 3600.0
-"""Limit of a drive that is to lead everywhere."""
+"""Limit of a drive that is to lead everywhere: one with more time than LIMIT_S goes into every room before it finishes
+one.
+"""
 
 
 def record(name: str, number: int, limit: float = LIMIT_S) -> Recording:
@@ -38,7 +40,7 @@ def record(name: str, number: int, limit: float = LIMIT_S) -> Recording:
     lockstep.localization = Guided(lockstep.localization, ear)
     lockstep.start_up()
     way = 0.0
-    survey = Survey(grid_of(name))
+    survey = Survey(grid_of(name), EVERYWHERE if limit > LIMIT_S else FINISHING)
     while lockstep.time < limit:
         stop = survey.next_stop(lockstep.chair.pose, limit - lockstep.time)
         if stop is None:

@@ -29,8 +29,8 @@ APART, HEADINGS = 4, 16
 """Cells between places where it may stand, and its headings there."""
 AGAIN = 0.5
 """What it is worth to hear a piece of a wall once more, each time."""
-FARTHER = 0.15
-"""What it is worth to hear a piece of a wall that has not been passed: what has is finished first."""
+FINISHING, EVERYWHERE = 0.15, 1.0
+"""What it is worth to hear a piece of a wall that has not been passed: what has is finished first; all rooms alike."""
 FINISH_S = 240.0
 """s before its end from which on nothing else is begun."""
 MOVED_M, MOVED_RAD = 0.05, 0.1
@@ -42,10 +42,12 @@ AHEAD, DETOUR = 3.0, 0.1
 
 
 class Survey:
-    """Of a map that is driven through. `hear` is told where the chair is, `next_stop` tells where to go."""
+    """Of a map that is driven through. `hear` is told where the chair is, `next_stop` tells where to go. `farther`:
+    what it is worth to hear a piece of a wall that has not been passed.
+    """
 
-    def __init__(self, grid: GridMap):
-        self._grid, self._walls = grid, HeardWalls(grid)
+    def __init__(self, grid: GridMap, farther: float = FINISHING):
+        self._grid, self._walls, self._farther = grid, HeardWalls(grid), farther
         self._mounts = np.array(list(mountings(chosen()).values()))[:, :3]
         self._clear = distance_transform_edt(grid.data == FREE) * grid.geometry.resolution
         self._graph = _neighbours(self._clear >= PASSED)
@@ -116,7 +118,7 @@ class Survey:
         way, seconds = self._journeys(pose)
         off = np.abs(self.stands[:, :2] - pose[:2])
         straight = (way <= off.sum(1) + DETOUR) & (np.hypot(*off.T) <= AHEAD)
-        farther = FARTHER if seconds_left > FINISH_S else 0.0
+        farther = self._farther if seconds_left > FINISH_S else 0.0
         left = np.where(self._passed, 1.0, farther) * self._left * self._grid.geometry.resolution
         there = self._near @ left
         gain = there + self._on_the_way(pose, straight, left)
