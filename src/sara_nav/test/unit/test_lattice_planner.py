@@ -391,6 +391,26 @@ def test_explore_says_where_a_plan_may_lead():
     assert reached[60, 40] and reached[60, 120]
 
 
+def test_a_search_in_vain_is_not_made_again_until_something_changes():
+    costmap, planner = door(0.6), planner_of()
+    start, goal = Pose2D(1.8, 2.2, 0.0), Pose2D(6.3, 4.0, -0.4)
+
+    def searched(start=start, goal=goal):
+        with pytest.raises(PlanError, match='no way'):
+            planner.plan(costmap, start, goal)
+        return planner.expanded > 0
+
+    assert searched() and not searched() and not searched(Pose2D(1.8005, 2.2, 0.001))
+    assert searched(Pose2D(1.8015, 2.2, 0.0)) and searched(Pose2D(1.8015, 2.2, 0.003))
+    assert searched(start, Pose2D(6.3, 4.0, -0.41)) and searched() and not searched()
+    costmap.costs[20, 20] = LETHAL
+    assert searched() and not searched()
+    planner.set_footprint(pad_footprint(np.array(FOOTPRINT), 0.01))
+    assert searched() and not searched()
+    costmap.costs[:] = door(0.8).costs
+    assert len(planner.plan(costmap, start, goal)) > 10 and planner.expanded > 0
+
+
 @pytest.mark.parametrize(
     'corners',
     [

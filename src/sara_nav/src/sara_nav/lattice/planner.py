@@ -10,10 +10,11 @@ from __future__ import annotations
 import functools
 import math
 from collections.abc import Iterator
+from typing import NamedTuple
 
 import numpy as np
 
-from sara_common.planar import Pose2D, wrap
+from sara_common.planar import Pose2D, is_apart, wrap
 from sara_nav.costmaps.costmap import Costmap
 from sara_nav.grids.footprint import circle_footprint
 from sara_nav.lattice import (
@@ -44,6 +45,21 @@ TRIES = 12
 """Places about a goal that cannot be reached that are tried in its stead."""
 TRIES_APART = 0.2
 """m between them, at least."""
+STILL_M, STILL_RAD = 0.001, 0.002
+"""What a start may move, as the pose of a robot at rest does, without being searched from again in vain."""
+
+
+class Failure(NamedTuple):
+    """A plan that was not found, and what is said of it."""
+
+    field: lattice_field.Field
+    start: Pose2D
+    goal: Pose2D
+    text: str
+
+    def is_of(self, field: lattice_field.Field, start: Pose2D, goal: Pose2D) -> bool:
+        """Whether the same was asked: on the same costs, to the same goal, from about the same start."""
+        return self.field is field and self.goal == goal and not is_apart(self.start, start, STILL_M, STILL_RAD)
 
 
 @GLOBAL_PLANNERS.register('sara_nav/LatticePlanner')
@@ -58,13 +74,13 @@ class LatticePlanner:
         self.goal_used = None
         self.expanded = 0
         self._corners = circle_footprint(ROBOT_RADIUS)
-        self._body = self._field = None
+        self._body = self._field = self._failure = None
 
     def set_footprint(self, corners: np.ndarray) -> None:
         """Take the outline (k, 2) of the robot, m about base_link, padded as it is to be kept clear."""
         if not np.array_equal(self._corners, corners):
             self._corners = np.array(corners, dtype=np.float64)
-            self._body = None
+            self._body = self._failure = None
 
     # -- the interface of global planners ------------------------------------------------------------------------
 
@@ -73,7 +89,8 @@ class LatticePlanner:
 
         Rows are poses of the robot: astern, it moves against its yaw; rows at one place are a turn. A goal that cannot
         be reached moves to the nearest place that can, within default_tolerance; ``goal_used`` says. One within
-        turn_only_distance of where the robot is, and may turn, is only turned to.
+        turn_only_distance of where the robot is, and may turn, is only turned to. What was not found a moment ago is
+        not searched for again until map, goal or start change.
         """
         require_finite(start, goal)
         self.goal_used, self.expanded = goal, 0
@@ -82,11 +99,14 @@ class LatticePlanner:
             for pose in (start, goal)
         )
         problem = self._problem(costmap, start)
+        if self._failure is not None and self._failure.is_of(problem.field, start, goal):
+            raise PlanError(self._failure.text)
+        asked = start, goal
         if start.distance(goal) <= self.config.turn_only_distance and problem.may_turn(start, goal.yaw):
             goal = Pose2D(start.x, start.y, goal.yaw)
         try:
             return problem.plan(start, goal)
-        except PlanError:
+        except PlanError as error:
             for place in self._places(problem, start, goal):
                 try:
                     plan = problem.plan(start, place)
@@ -94,6 +114,7 @@ class LatticePlanner:
                     continue
                 self.goal_used = place
                 return plan
+            self._failure = Failure(problem.field, *asked, str(error))
             raise
         finally:
             self.expanded = problem.expanded
