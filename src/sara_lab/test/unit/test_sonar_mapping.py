@@ -16,7 +16,7 @@ from sara_lab.judge.passed_walls import MapErrors, doors, judged, laid_on, passe
 from sara_lab.judge.walls import faces, placed
 from sara_lab.studies import arc_grid
 from sara_lab.studies.draw_maps import draw
-from sara_lab.studies.sonar_survey import Survey
+from sara_lab.studies.sonar_survey import EVERYWHERE, FINISHING, Survey
 from sara_lab.studies.sonar_trial import heard_share, laid, made_of
 from sara_lab.studies.wandering import Recording
 from sara_nav.grids.grid import GridGeometry
@@ -120,6 +120,15 @@ def test_near_its_end_only_walls_that_were_passed_count():
     assert survey.next_stop(here, 100.0) is None
     survey.hear(here)
     assert survey.next_stop(here, 100.0) is not None
+
+
+@pytest.mark.parametrize(('farther', 'stops'), [(FINISHING, (10, 100)), (EVERYWHERE, (1, 5))])
+def test_a_room_is_finished_or_every_room_is_begun(farther, stops):
+    survey, here, count = Survey(rooms(), farther), (1.5, 2.0, 0.0), 0
+    while here[0] < 3.1:
+        survey.hear(here)
+        here, count = survey.next_stop(here), count + 1
+    assert stops[0] <= count <= stops[1]
 
 
 def test_where_it_stops_the_body_has_room(surveyed):

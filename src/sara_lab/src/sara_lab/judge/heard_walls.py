@@ -8,6 +8,7 @@ import math
 
 import numpy as np
 
+from ahead_of_time import kernel
 from sara_common.repeatable import cos_sin
 from sara_lab.judge.passed_walls import REACH
 from sara_nav.maps.map_io import OCCUPIED, GridMap
@@ -21,8 +22,6 @@ RAYS = 13
 """In a cone."""
 SAME = 0.02
 """m by which what is heard may be farther than the nearest surface."""
-AT_ONCE = 400
-"""Sensors whose rays are cast together."""
 
 
 class HeardWalls:
@@ -34,18 +33,11 @@ class HeardWalls:
 
     def heard(self, sensors: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Of sensors (n, 3), x, y, axis: (k, 2) places on walls that they hear, and (k,) the sensor of each."""
-        parts = [self._heard(sensors[first : first + AT_ONCE]) for first in range(0, len(sensors), AT_ONCE)]
-        if not parts:
-            return np.empty((0, 2)), np.empty(0, int)
-        numbers = [number + AT_ONCE * part for part, (_, number) in enumerate(parts)]
-        return np.concatenate([places for places, _ in parts]), np.concatenate(numbers)
-
-    def _heard(self, sensors):
         g = self.geometry
         angle = sensors[:, 2:3] + np.linspace(-HALF_CONE, HALF_CONE, RAYS)
         dx, dy = np.cos(angle), np.sin(angle)
         x, y = (sensors[:, 0:1] - g.origin_x) / g.resolution, (sensors[:, 1:2] - g.origin_y) / g.resolution
-        far, across = self._cast(x, y, dx, dy)
+        far, across = cast(self._occupied, REACH / g.resolution, (x[:, 0], y[:, 0]), (dx, dy))
         far = far * g.resolution
         along_x, along_y = map(np.abs, cos_sin(sensors[:, 2:3]))
         facing = np.where(across, along_x, along_y)
@@ -56,21 +48,39 @@ class HeardWalls:
         places = sensors[sensor, :2] + reach[:, None] * np.stack((dx[sensor, ray], dy[sensor, ray]), 1)
         return places, sensor
 
-    def _cast(self, x, y, dx, dy):
-        """Cells to the first occupied one, inf where there is none, and whether its face is across x."""
-        rows, columns = self._occupied.shape
-        steps = np.arange(0.0, REACH / self.geometry.resolution + 1.0, 0.5)
-        column = np.floor(x[..., None] + dx[..., None] * steps).astype(int)
-        row = np.floor(y[..., None] + dy[..., None] * steps).astype(int)
-        inside = (column >= 0) & (column < columns) & (row >= 0) & (row < rows)
-        hit = inside & self._occupied[row.clip(0, rows - 1), column.clip(0, columns - 1)]
-        first, met = hit.argmax(-1), hit.any(-1)
-        at_column, at_row = (np.take_along_axis(index, first[..., None], -1)[..., 0] for index in (column, row))
-        with np.errstate(divide='ignore', invalid='ignore'):
-            to_x = np.where(dx > 0.0, at_column - x, at_column + 1 - x) / dx
-            to_y = np.where(dy > 0.0, at_row - y, at_row + 1 - y) / dy
-        to_x, to_y = (np.where(np.isfinite(to), to, -math.inf) for to in (to_x, to_y))
-        beside = (at_column - np.where(dx > 0.0, 1, -1)).clip(0, columns - 1)
-        hidden = self._occupied[at_row.clip(0, rows - 1), beside]
-        across = (to_x > to_y) & ~(hidden & (to_y > 0.0))  # a ray that comes along a wall came in by its face
-        return np.where(met, np.where(across, to_x, to_y), math.inf), across
+
+@kernel
+def cast(
+    occupied: np.ndarray,
+    reach: float,
+    begin: tuple[np.ndarray, np.ndarray],
+    ahead: tuple[np.ndarray, np.ndarray],
+) -> tuple[np.ndarray, np.ndarray]:
+    """Cells to the first occupied one, inf where there is none within ``reach`` cells, and whether its face is across
+    x; both (n, rays). begin: (n,) columns and rows, ahead: (n, rays), unit vectors.
+    """
+    rows, columns = occupied.shape
+    n, rays = ahead[0].shape
+    far, across = np.full((n, rays), np.inf), np.zeros((n, rays), np.bool_)
+    steps = math.ceil(2.0 * (reach + 1.0))
+    for i in range(n):
+        x, y = begin[0][i], begin[1][i]
+        for k in range(rays):
+            dx, dy = ahead[0][i, k], ahead[1][i, k]
+            for step in range(steps):
+                column, row = int(math.floor(x + dx * (0.5 * step))), int(math.floor(y + dy * (0.5 * step)))
+                if not (0 <= column < columns and 0 <= row < rows) or not occupied[row, column]:
+                    continue
+                to_x = -np.inf if dx == 0.0 else (column - x if dx > 0.0 else column + 1 - x) / dx
+                to_y = -np.inf if dy == 0.0 else (row - y if dy > 0.0 else row + 1 - y) / dy
+                hidden = occupied[row, min(max(column - (1 if dx > 0.0 else -1), 0), columns - 1)]
+                # A ray that comes along a wall came in by its face.
+                across[i, k] = to_x > to_y and not (hidden and to_y > 0.0)
+                far[i, k] = to_x if across[i, k] else to_y
+                break
+    return far, across
+
+
+def warm() -> None:
+    """Compile, or load from the cache, every kernel for the types it is called with."""
+    cast(np.zeros((2, 2), np.bool_), 1.0, (np.zeros(1), np.zeros(1)), (np.ones((1, 2)), np.zeros((1, 2))))
