@@ -50,16 +50,15 @@ STILL_M, STILL_RAD = 0.001, 0.002
 
 
 class Failure(NamedTuple):
-    """A plan that was not found, and what is said of it."""
+    """A plan that was not found on the newest costs, and what is said of it."""
 
-    field: lattice_field.Field
     start: Pose2D
     goal: Pose2D
     text: str
 
-    def is_of(self, field: lattice_field.Field, start: Pose2D, goal: Pose2D) -> bool:
-        """Whether the same was asked: on the same costs, to the same goal, from about the same start."""
-        return self.field is field and self.goal == goal and not is_apart(self.start, start, STILL_M, STILL_RAD)
+    def is_of(self, start: Pose2D, goal: Pose2D) -> bool:
+        """Whether the same was asked: to the same goal, from about the same start."""
+        return self.goal == goal and not is_apart(self.start, start, STILL_M, STILL_RAD)
 
 
 @GLOBAL_PLANNERS.register('sara_nav/LatticePlanner')
@@ -99,7 +98,7 @@ class LatticePlanner:
             for pose in (start, goal)
         )
         problem = self._problem(costmap, start)
-        if self._failure is not None and self._failure.is_of(problem.field, start, goal):
+        if self._failure is not None and self._failure.is_of(start, goal):
             raise PlanError(self._failure.text)
         asked = start, goal
         if start.distance(goal) <= self.config.turn_only_distance and problem.may_turn(start, goal.yaw):
@@ -114,7 +113,7 @@ class LatticePlanner:
                     continue
                 self.goal_used = place
                 return plan
-            self._failure = Failure(problem.field, *asked, str(error))
+            self._failure = Failure(*asked, str(error))
             raise
         finally:
             self.expanded = problem.expanded
@@ -153,7 +152,7 @@ class LatticePlanner:
             self._body = Body(self._corners, g.resolution)
         reach = self._body.circumscribed + 2.0 * self.config.soft
         if self._field is None or not self._field.holds(costmap, not self.config.allow_unknown, reach):
-            self._field = lattice_field.Field(costmap, not self.config.allow_unknown, reach)
+            self._field, self._failure = lattice_field.Field(costmap, not self.config.allow_unknown, reach), None
         return Problem(self.config, self._field, self._body)
 
 
