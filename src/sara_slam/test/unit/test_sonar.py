@@ -10,6 +10,7 @@ from sonar_world import DEPTH, DOOR, MIDDLE, MOUNTS, THICK, WIDTH
 from sara_common.planar import compose, inverse, wrap
 from sara_nav.maps.map_io import FREE, OCCUPIED
 from sara_slam.sonar import arrow_system, evidence_grid, wall_search
+from sara_slam.sonar.doorways import doorways
 from sara_slam.sonar.drawing import Directions
 from sara_slam.sonar.echo_points import other_points
 from sara_slam.sonar.forward_model import Heard, driven_over, glances, looked_through
@@ -261,6 +262,50 @@ def test_no_wall_goes_on_into_a_doorway_that_the_robot_passed():
     assert left[left < 0.9].max() == pytest.approx(0.5) and left[left > 0.9].min() == pytest.approx(1.3)
     assert not evidence_grid.in_doorway(config, beside, pieces).any()
     assert not len(evidence_grid.in_doorway(config, through, pieces[:0]))
+
+
+def by_a_door(wide, looked=True):
+    """Echoes of the wall y = 1 with a gap about x = 2, seen squarely from every 0.05 m, and readings through the gap
+    of a sensor in front of it."""
+    along = np.arange(0.025, 4.0, 0.05)
+    along = along[np.abs(along - 2.0) > 0.5 * wide]
+    x, y = np.append(along, (3 * [2.0] if looked else [])), np.append(0.0 * along, (3 * [0.6] if looked else []))
+    sensors = np.stack((x, y, np.full(len(x), 0.5 * math.pi)), 1)
+    return Heard(sensors, np.where(y > 0.0, 1.5, 1.0))
+
+
+def drawn(heard):
+    """m along the wall y = 1 of the occupied cells there."""
+    poses = np.column_stack((heard.sensors[:, :2], np.zeros(len(heard.ranges))))
+    grid = evidence_grid.draw(SonarConfig(), heard, np.array([[-0.5 * math.pi, -1.0]]), poses)
+    x, y = grid.geometry.to_world(*np.nonzero(grid.data == OCCUPIED)[::-1])
+    return np.sort(x[np.abs(y - 1.0) < 0.15])
+
+
+@pytest.mark.parametrize('wide', (0.68, 0.8, 1.0))
+def test_a_doorway_is_drawn_as_wide_as_a_wheelchair_needs(wide):
+    along = drawn(by_a_door(wide))
+    left, right = along[along < 2.0].max(), along[along > 2.0].min()
+    assert 0.78 < right - left - 0.05 < max(wide, 0.8) + 0.06
+
+
+def test_what_nobody_looked_through_is_no_doorway():
+    along = drawn(by_a_door(0.6, looked=False))
+    assert np.diff(along).max() < 0.06  # no door is so narrow: it is wall
+
+
+def test_ends_narrow_a_doorway_and_a_post_in_its_middle_does_not():
+    wall = np.array([(x, 1.0, 0.0, -1.0) for x in np.arange(0.0, 4.0, 0.05) if abs(x - 2.0) > 0.36])
+    doors = doorways(SonarConfig(), by_a_door(0.7), [wall, wall[:1], wall[:0]], 0.05)
+    assert np.allclose(doors.middles, (2.0, 1.0), atol=0.03) and np.allclose(np.abs(doors.tangents), (1.0, 0.0))
+    places = np.array([(2.0, 1.0), (1.7, 1.05), (2.37, 0.95), (2.45, 1.0), (1.7, 1.2)])
+    assert doors.ends(places).tolist() == [False, True, True, False, False]
+
+
+@pytest.mark.parametrize('walls', ([], [np.empty((0, 4))]))
+def test_without_walls_there_are_no_doorways(walls):
+    doors = doorways(SonarConfig(), by_a_door(0.7), walls, 0.05)
+    assert not len(doors.middles) and doors.ends(np.zeros((2, 2))).tolist() == [False, False]
 
 
 def test_a_piece_that_is_looked_through_is_not_there():

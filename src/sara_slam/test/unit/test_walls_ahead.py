@@ -102,6 +102,32 @@ def test_a_wall_that_slopes_to_the_robot_is_drawn_before_its_front():
     assert cells[ahead, 1].min() < 0.5
 
 
+@pytest.mark.parametrize('looked', [True, False])
+def test_a_flat_thing_ends_where_another_sensor_looked_through_it(looked):
+    """The rear sensor comes to a door's post, and the front one is past it. What it hears last counts."""
+    slam, t = SonarSlam(CONFIG), 0.1
+    slam.on_pose(t, HOME)
+    slam.on_range(t - 0.05, 'front', FRONT, 0.3 if looked else math.inf)
+    for x in np.arange(0.0, 0.4, 0.02).tolist():
+        t += 0.1
+        slam.on_pose(t, (x, 0.0, 0.0))
+        slam.on_range(t - 0.05, 'rear', REAR, 0.5 - 0.4 * x)
+        slam.on_range(t - 0.05, 'front', FRONT, math.inf if looked else 0.3)
+    cells = occupied(slam.walls_ahead())
+    assert len(cells) and (cells[:, 0].max() < 0.4) == looked
+
+
+def test_a_flat_thing_that_the_other_sensor_hears_goes_on():
+    slam, t = SonarSlam(CONFIG), 0.0
+    for x in np.arange(0.0, 0.4, 0.02).tolist():
+        t += 0.1
+        slam.on_pose(t, (x, 0.0, 0.0))
+        for name, mount in (('rear', REAR), ('front', FRONT)):
+            slam.on_range(t - 0.05, name, mount, (0.5 - 0.4 * (x + mount[0] + 0.35)) / math.hypot(1.0, 0.4))
+    cells = occupied(slam.walls_ahead())
+    assert cells[:, 0].max() > 0.38 + 0.54 + 0.3
+
+
 def test_nothing_stands_where_the_body_was_and_silence_forgets():
     slam, x = driven()
     trail = np.array([(px, 0.6, 0.0) for px in np.arange(0.0, 4.0, 0.1)])

@@ -18,6 +18,7 @@ from scipy.spatial import cKDTree
 from sara_common.repeatable import cos_sin
 from sara_nav.grids.grid import GridGeometry
 from sara_nav.maps.map_io import FREE, OCCUPIED, UNKNOWN, GridMap
+from sara_slam.sonar.doorways import GLIMPSES, doorways
 from sara_slam.sonar.echo_points import other_points
 from sara_slam.sonar.forward_model import THROUGH, Heard, driven_over, glances, looked_through, unexplained
 from sara_slam.sonar.short_walls import short_walls
@@ -45,8 +46,6 @@ PASSING = 0.25
 """m before and behind a wall's line within which a robot's middle passes it: beside a wall it is farther off."""
 SPARE = 0.09
 """m that a doorway is wider than the body on each side, at least: a wall is heard a little beyond its end."""
-GLIMPSES = 1
-"""Readings that may have looked through what nobody heard."""
 NEAR_FEET = 0.6
 """m along a wall from the nearest foot of a sensor up to which an echo may be of it."""
 FREE_HALF = math.radians(12.0)
@@ -60,9 +59,11 @@ _NOTHING = np.empty((0, 4))
 
 def draw(config: SonarConfig, heard: Heard, walls: np.ndarray, poses: np.ndarray) -> GridMap:
     """The map. walls (m, 2): theta, rho; short ones are square to the first. poses (k, 3): x, y, yaw of the robot."""
-    pieces = wall_pieces(config, heard, walls)
+    found = _walls_of(config, heard, walls)
+    pieces, open_ = np.concatenate((_NOTHING, *found)), doorways(config, heard, found[:-1], PIECE)
     pieces = pieces[~(driven_over(config, poses, pieces[:, :2]) | in_doorway(config, poses, pieces))]
     points = other_points(config, heard, pieces, poses)
+    pieces, points = pieces[~open_.ends(pieces[:, :2])], points[~open_.ends(points)]
     return _raster(config, heard, pieces, points, poses[:, :2])
 
 
@@ -70,8 +71,13 @@ def wall_pieces(config: SonarConfig, heard: Heard, walls: np.ndarray) -> np.ndar
     """(n, 4): x, y and the normal of the pieces of walls that are there, and of short walls in echoes that they do not
     explain.
     """
+    return np.concatenate((_NOTHING, *_walls_of(config, heard, walls)))
+
+
+def _walls_of(config, heard, walls):
+    """See wall_pieces: of each wall, and last of all those by which walls go on."""
     if not len(walls):
-        return np.empty((0, 4))
+        return []
     pieces = _that_are_there(config, heard, [_pieces_of(config, heard, wall) for wall in walls.tolist()], _NOTHING)
     rest = unexplained(config, heard, np.concatenate(pieces))
     short, spans = short_walls(config, rest, float(walls[0, 0]))
@@ -80,7 +86,7 @@ def wall_pieces(config: SonarConfig, heard: Heard, walls: np.ndarray) -> np.ndar
     pieces += _that_are_there(config, heard, found, np.concatenate(pieces))
     more = np.concatenate((_to_corners(walls, pieces), *(_ends(of) for of in pieces)))
     unseen = looked_through(config, heard, more, glances(config, heard, more), np.concatenate(pieces)) <= GLIMPSES
-    return np.concatenate((*pieces, more[unseen]))
+    return [*pieces, more[unseen]]
 
 
 def in_doorway(config: SonarConfig, poses: np.ndarray, pieces: np.ndarray) -> np.ndarray:

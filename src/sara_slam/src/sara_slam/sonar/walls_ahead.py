@@ -2,7 +2,7 @@
 robot's front comes to, and a map is drawn too seldom to tell in time.
 
 Walls that are known go on as far as no sensor looked through them and the body has not been where they would be. Other
-flat things do if the robot comes nearer to them. What is too near to be measured goes on as it did when it was
+flat things do, too, if the robot comes nearer to them. What is too near to be measured goes on as it did when it was
 measured; where nothing is known of it, it is taken to stand beside the robot, square to the walls.
 """
 
@@ -19,6 +19,7 @@ from sara_nav.grids.grid import GridGeometry
 from sara_nav.maps.map_io import FREE, OCCUPIED, GridMap
 from sara_slam.sonar.drawing import Pose
 from sara_slam.sonar.face_search import face, points
+from sara_slam.sonar.forward_model import EDGE
 from sara_slam.sonar.sonar_config import SonarConfig
 from sara_slam.sonar.wall_filter import WallFilter, foot
 
@@ -35,6 +36,10 @@ SQUARE = 0.25
 STEP, OPENS = 0.05, 2
 """m along a wall, of what is kept about where it is open; steps to both sides of where something was heard of it or
 through it.
+"""
+LOOKS, LOOK_M, SURE = 60, 0.05, 4
+"""Readings of sensors that face aside that are kept, to tell where other flat things are open; m between two of a
+sensor; steps from where a thing is heard that stand whatever was heard there before.
 """
 ASIDE = 0.7
 """Sine of the angle off the robot's axis from which on a sensor faces aside."""
@@ -56,11 +61,13 @@ class WallsAhead:
 
     def __init__(self, config: SonarConfig, walls: WallFilter) -> None:
         self._config, self._filter = config, walls
+        self._square_cos = math.cos(0.5 * config.field_of_view - EDGE)
         self._heard: dict[str, tuple[float, int, Pose]] = {}  # (s, wall, mount) of a sensor's newest echo of a wall
         self._open: dict[int, set[int]] = defaultdict(set)
         self._recent: dict[float, deque[tuple[str, float, float, float, float]]] = {}  # of the sensors of one side
         self._faces: deque[tuple[float, np.ndarray]] = deque(maxlen=FACES)
         self._face_of: dict[str, np.ndarray] = {}  # the newest that a sensor found
+        self._looks: deque[tuple[str, float, float, float, float]] = deque(maxlen=LOOKS)  # sensor, x, y, axis, m
         self._too_near: dict[str, tuple[float, np.ndarray]] = {}  # (s, points) of what a sensor cannot measure
         self._toward, self._back, self._now = 1.0, 0.0, -math.inf  # the way it drives; m that it has come back
 
@@ -75,6 +82,8 @@ class WallsAhead:
         self._now = stamp
         ahead, along, steep = foot(self._filter.walls, *self._filter.sensor(mount))
         steps = np.round(along / STEP).astype(int)
+        if abs(math.sin(mount[2])) >= ASIDE:
+            self._look(name, mount, distance)
         if self._too_near.pop(name, None) is not None and distance >= self._config.range_min_range:
             self._face_of.pop(name, None)
         if wall >= 0:
@@ -94,6 +103,15 @@ class WallsAhead:
             self._open[passed].update(_about(steps[passed]))
             if passed == last:
                 del self._heard[name]
+
+    def _look(self, name, mount, distance):
+        x, y, axis = self._filter.sensor(mount)
+        looks = self._looks
+        last = next((at for at in range(len(looks) - 1, -1, -1) if looks[at][0] == name), None)
+        if last is not None and math.dist(looks[last][1:3], (x, y)) < LOOK_M:
+            looks[last] = (*looks[last][:3], axis, distance)
+        else:
+            looks.append((name, x, y, axis, distance))
 
     def _find_faces(self, stamp, name, mount, distance):
         x, y, axis = self._filter.sensor(mount)
@@ -154,11 +172,26 @@ class WallsAhead:
             shut = ~np.isin(np.round(places / STEP).astype(int), list(self._open[wall]))
             line = np.column_stack((c * rho - s * places, s * rho + c * places))
             found.append(line[: int(np.argmin(np.append(shut, False)))])
-        found += [line for since, line in self._faces if self._now - since <= FACE_KEPT_S]
-        found += [line for since, line in self._too_near.values() if self._now - since <= WALL_KEPT_S]
+        flat = [line for since, line in self._faces if self._now - since <= FACE_KEPT_S]
+        flat += [line for since, line in self._too_near.values() if self._now - since <= WALL_KEPT_S]
+        found += [self._shut(line) for line in flat]
         found = [line for line in found if len(line)]
         near = _near(np.concatenate(found), np.array(trail), self._config) if found and len(trail) else np.empty((0, 3))
         return [line[: int(np.argmax(np.append(self._walked(line, near), True)))] for line in found]
+
+    def _shut(self, line):
+        """A flat thing's points (n, 2) up to where a sensor looked through it squarely."""
+        if len(line) < 2 or not self._looks:
+            return line
+        x, y, axis, distance = np.array([look[1:] for look in self._looks]).T
+        along = (line[1] - line[0]) / math.dist(*line[:2])
+        dx, dy = line[0, 0] - x, line[0, 1] - y
+        step = np.round(-(dx * along[0] + dy * along[1]) / STEP)
+        across = dy * along[0] - dx * along[1]  # to the left of the line's way
+        facing = (np.cos(axis) * -along[1] + np.sin(axis) * along[0]) * np.sign(across)
+        through = (facing > self._square_cos) & (distance > np.abs(across) + THROUGH)
+        opened = step[through & (step > SURE) & (step < len(line))]
+        return line[: int(opened.min()) - OPENS] if len(opened) else line
 
     def _walked(self, places, trail):
         """bool (n,): which places (n, 2) lie where the body was."""
