@@ -10,7 +10,7 @@ from sonar_world import DEPTH, DOOR, MIDDLE, MOUNTS, THICK, WIDTH
 from sara_common.planar import compose, inverse, wrap
 from sara_nav.maps.map_io import FREE, OCCUPIED
 from sara_slam.sonar import arrow_system, evidence_grid, wall_search
-from sara_slam.sonar.doorways import doorways
+from sara_slam.sonar.doorways import doorways, in_doorway
 from sara_slam.sonar.drawing import Directions
 from sara_slam.sonar.echo_points import other_points
 from sara_slam.sonar.forward_model import Heard, driven_over, glances, looked_through
@@ -18,6 +18,11 @@ from sara_slam.sonar.short_walls import short_walls
 from sara_slam.sonar.sonar_config import SonarConfig
 from sara_slam.sonar.sonar_slam import SonarSlam
 from sara_slam.sonar.wall_filter import POSE, WallFilter, foot
+
+
+def wall_pieces(*args):
+    """(n, 4): those of all walls."""
+    return np.concatenate(evidence_grid.wall_pieces(*args))
 
 
 @pytest.fixture(scope='module')
@@ -258,10 +263,10 @@ def test_no_wall_goes_on_into_a_doorway_that_the_robot_passed():
     pieces = np.stack((along, np.full(40, 1.0), np.zeros(40), np.ones(40)), 1)  # y = 1
     config = SonarConfig(body_length=1.08, body_width=0.58)
     through, beside = np.array([[0.9, 0.9, 1.5]]), np.array([[0.9, 0.6, 0.0]])
-    left = along[~evidence_grid.in_doorway(config, through, pieces)]
+    left = along[~in_doorway(config, through, pieces)]
     assert left[left < 0.9].max() == pytest.approx(0.5) and left[left > 0.9].min() == pytest.approx(1.3)
-    assert not evidence_grid.in_doorway(config, beside, pieces).any()
-    assert not len(evidence_grid.in_doorway(config, through, pieces[:0]))
+    assert not in_doorway(config, beside, pieces).any()
+    assert not len(in_doorway(config, through, pieces[:0]))
 
 
 def by_a_door(wide, looked=True):
@@ -313,10 +318,10 @@ def test_a_piece_that_is_looked_through_is_not_there():
     along = np.linspace(0.0, 3.0, 61)
     sensors = np.stack((along, np.zeros(61), np.full(61, 0.5 * math.pi)), 1)
     ranges = np.ones(61)
-    whole = evidence_grid.wall_pieces(SonarConfig(), Heard(sensors, ranges), wall)
+    whole = wall_pieces(SonarConfig(), Heard(sensors, ranges), wall)
     assert (np.diff(np.sort(whole[:, 0])) < 0.06).all()
     ranges[(along > 1.3) & (along < 1.7)] = 2.0
-    holed = evidence_grid.wall_pieces(SonarConfig(), Heard(sensors, ranges), wall)
+    holed = wall_pieces(SonarConfig(), Heard(sensors, ranges), wall)
     in_front = holed[holed[:, 1] < 1.5]
     assert not ((in_front[:, 0] > 1.2) & (in_front[:, 0] < 1.8)).any()
 
@@ -343,7 +348,7 @@ def test_a_short_wall_is_found_in_echoes_from_several_places():
     lines, spans = short_walls(SonarConfig(), rest, math.pi)
     assert np.allclose(wrap(lines - (-0.5 * math.pi, 0.0)), (0.0, -1.0), atol=0.01)
     assert np.allclose(spans, (0.0, 0.3))
-    pieces = evidence_grid.wall_pieces(SonarConfig(), rest, np.array([[math.pi, -9.0]]))
+    pieces = wall_pieces(SonarConfig(), rest, np.array([[math.pi, -9.0]]))
     assert np.allclose(pieces[:, 1], 1.0, atol=0.01)
     assert 0.3 < np.ptp(pieces[:, 0]) < 0.9
 
@@ -369,7 +374,7 @@ def test_a_wall_goes_on_a_little_unless_somebody_looked_through(looked):
     if looked:
         sensors = np.vstack((heard.sensors, *(2 * [(2.15, 0.0, 0.5 * math.pi)])))
         heard = Heard(sensors, np.append(heard.ranges, (2.0, 2.0)))
-    pieces = evidence_grid.wall_pieces(SonarConfig(), heard, np.array([[-0.5 * math.pi, -1.0]]))
+    pieces = wall_pieces(SonarConfig(), heard, np.array([[-0.5 * math.pi, -1.0]]))
     assert (pieces[:, 0].max() > 2.15) != looked
 
 
@@ -383,7 +388,7 @@ def test_two_walls_meet_in_a_corner_unless_somebody_looked_through(looked):
     if looked:
         sensors = np.vstack((sensors, *(2 * [(0.9, 0.5, 0.5 * math.pi)])))
         ranges = np.append(ranges, (2.0, 2.0))
-    pieces = evidence_grid.wall_pieces(SonarConfig(), Heard(sensors, ranges), walls)
+    pieces = wall_pieces(SonarConfig(), Heard(sensors, ranges), walls)
     of_first = pieces[np.abs(pieces[:, 1] - 1.0) < 0.01]
     assert (of_first[:, 0].max() > 0.97) != looked
 

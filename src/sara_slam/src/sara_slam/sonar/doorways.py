@@ -1,5 +1,6 @@
 """Doorways: gaps in a wall that a sensor looked through. A wall is heard a little beyond its end, and drawn on beyond
 that, so that a doorway would be drawn too narrow to drive through; no door for wheelchairs is narrower than WIDE.
+Where the robot itself has passed, its width tells how wide the doorway is at least.
 """
 
 from __future__ import annotations
@@ -9,8 +10,9 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
+from scipy.spatial import cKDTree
 
-from sara_slam.sonar.forward_model import Heard, glances, looked_through
+from sara_slam.sonar.forward_model import GLIMPSES, Heard, glances, looked_through
 from sara_slam.sonar.sonar_config import SonarConfig
 
 WIDE = 0.80
@@ -21,8 +23,10 @@ DEEP = 0.12
 """m about the wall's line in which a doorway's ends are heard."""
 POST = 0.5
 """Share of the middle of WIDE in which something that is heard stands, for it is no end of the wall."""
-GLIMPSES = 1
-"""Readings that may have looked through what nobody heard."""
+PASSING = 0.25
+"""m before and behind a wall's line within which a robot's middle passes it: beside a wall it is farther off."""
+SPARE = 0.09
+"""m that a doorway is wider than the body on each side, at least: a wall is heard a little beyond its end."""
 
 
 class Doorways(NamedTuple):
@@ -52,14 +56,35 @@ def doorways(config: SonarConfig, heard: Heard, walls: Sequence[np.ndarray], spa
     return Doorways(middle[:, :2], np.column_stack((-middle[:, 3], middle[:, 2])))
 
 
+def in_order(pieces: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The pieces (n, 4), 1 or more, of a wall along its tangent; and (n,) m, where on it each is."""
+    along = pieces[:, :2] @ np.array((-pieces[0, 3], pieces[0, 2]))
+    order = np.argsort(along, kind='stable')
+    return pieces[order], along[order]
+
+
+def in_doorway(config: SonarConfig, poses: np.ndarray, pieces: np.ndarray) -> np.ndarray:
+    """(n,) whether the robot's middle, at poses (k, 3): x, y, yaw, passed the line of a wall so near to pieces (n, 4)
+    of it that no body of that width would have.
+    """
+    found = np.zeros(len(pieces), bool)
+    if not len(pieces):
+        return found
+    tree, beside = cKDTree(pieces[:, :2]), 0.5 * config.body_width + SPARE
+    for place in poses[:, :2]:
+        near = np.array(tree.query_ball_point(place, math.hypot(PASSING, beside)), int)
+        off, normal = place - pieces[near, :2], pieces[near, 2:]
+        across, along = (off * normal).sum(1), off[:, 1] * normal[:, 0] - off[:, 0] * normal[:, 1]
+        found[near[(np.abs(across) < PASSING) & (np.abs(along) < beside)]] = True
+    return found
+
+
 def _gaps(pieces, spacing):
     """(k, 4) each: the pieces that are missing between two of a wall where a doorway may be."""
     if len(pieces) < 2:
         return []
-    along = pieces[:, 1] * pieces[0, 2] - pieces[:, 0] * pieces[0, 3]
-    order = np.argsort(along, kind='stable')
-    ends = pieces[order]
-    missing = np.round(np.diff(along[order]) / spacing).astype(int) - 1
+    ends, along = in_order(pieces)
+    missing = np.round(np.diff(along) / spacing).astype(int) - 1
     few, many = math.floor(NARROWEST / spacing), math.ceil(WIDEST / spacing)
     between = np.flatnonzero((missing >= few) & (missing <= many))
     return [np.linspace(ends[at], ends[at + 1], missing[at] + 2)[1:-1] for at in between.tolist()]

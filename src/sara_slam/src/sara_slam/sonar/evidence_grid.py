@@ -13,14 +13,21 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from sara_common.repeatable import cos_sin
 from sara_nav.grids.grid import GridGeometry
 from sara_nav.maps.map_io import FREE, OCCUPIED, UNKNOWN, GridMap
-from sara_slam.sonar.doorways import GLIMPSES, doorways
+from sara_slam.sonar.doorways import doorways, in_doorway, in_order
 from sara_slam.sonar.echo_points import other_points
-from sara_slam.sonar.forward_model import THROUGH, Heard, driven_over, glances, looked_through, unexplained
+from sara_slam.sonar.forward_model import (
+    GLIMPSES,
+    THROUGH,
+    Heard,
+    driven_over,
+    glances,
+    looked_through,
+    unexplained,
+)
 from sara_slam.sonar.short_walls import short_walls
 from sara_slam.sonar.sonar_config import SonarConfig
 
@@ -42,10 +49,6 @@ angle between such walls at least.
 """
 GOES_ON = 5
 """Pieces by which a wall goes on beyond what was heard of it."""
-PASSING = 0.25
-"""m before and behind a wall's line within which a robot's middle passes it: beside a wall it is farther off."""
-SPARE = 0.09
-"""m that a doorway is wider than the body on each side, at least: a wall is heard a little beyond its end."""
 NEAR_FEET = 0.6
 """m along a wall from the nearest foot of a sensor up to which an echo may be of it."""
 FREE_HALF = math.radians(12.0)
@@ -59,7 +62,7 @@ _NOTHING = np.empty((0, 4))
 
 def draw(config: SonarConfig, heard: Heard, walls: np.ndarray, poses: np.ndarray) -> GridMap:
     """The map. walls (m, 2): theta, rho; short ones are square to the first. poses (k, 3): x, y, yaw of the robot."""
-    found = _walls_of(config, heard, walls)
+    found = wall_pieces(config, heard, walls)
     pieces, open_ = np.concatenate((_NOTHING, *found)), doorways(config, heard, found[:-1], PIECE)
     pieces = pieces[~(driven_over(config, poses, pieces[:, :2]) | in_doorway(config, poses, pieces))]
     points = other_points(config, heard, pieces, poses)
@@ -67,15 +70,10 @@ def draw(config: SonarConfig, heard: Heard, walls: np.ndarray, poses: np.ndarray
     return _raster(config, heard, pieces, points, poses[:, :2])
 
 
-def wall_pieces(config: SonarConfig, heard: Heard, walls: np.ndarray) -> np.ndarray:
-    """(n, 4): x, y and the normal of the pieces of walls that are there, and of short walls in echoes that they do not
-    explain.
+def wall_pieces(config: SonarConfig, heard: Heard, walls: np.ndarray) -> list[np.ndarray]:
+    """(n, 4) each: x, y and the normal of the pieces of each wall that are there, then of short walls in echoes that
+    they do not explain; last of all those by which walls go on.
     """
-    return np.concatenate((_NOTHING, *_walls_of(config, heard, walls)))
-
-
-def _walls_of(config, heard, walls):
-    """See wall_pieces: of each wall, and last of all those by which walls go on."""
     if not len(walls):
         return []
     pieces = _that_are_there(config, heard, [_pieces_of(config, heard, wall) for wall in walls.tolist()], _NOTHING)
@@ -87,22 +85,6 @@ def _walls_of(config, heard, walls):
     more = np.concatenate((_to_corners(walls, pieces), *(_ends(of) for of in pieces)))
     unseen = looked_through(config, heard, more, glances(config, heard, more), np.concatenate(pieces)) <= GLIMPSES
     return [*pieces, more[unseen]]
-
-
-def in_doorway(config: SonarConfig, poses: np.ndarray, pieces: np.ndarray) -> np.ndarray:
-    """(n,) whether the robot's middle, at poses (k, 3): x, y, yaw, passed the line of a wall so near to pieces (n, 4)
-    of it that no body of that width would have.
-    """
-    found = np.zeros(len(pieces), bool)
-    if not len(pieces):
-        return found
-    tree, beside = cKDTree(pieces[:, :2]), 0.5 * config.body_width + SPARE
-    for place in poses[:, :2]:
-        near = np.array(tree.query_ball_point(place, math.hypot(PASSING, beside)), int)
-        off, normal = place - pieces[near, :2], pieces[near, 2:]
-        across, along = (off * normal).sum(1), off[:, 1] * normal[:, 0] - off[:, 0] * normal[:, 1]
-        found[near[(np.abs(across) < PASSING) & (np.abs(along) < beside)]] = True
-    return found
 
 
 def _that_are_there(config, heard, found, before):
@@ -125,11 +107,10 @@ def _ends(pieces):
     """(n, 4): pieces by which a wall goes on at its ends."""
     if not len(pieces):
         return np.empty((0, 4))
+    pieces, along = in_order(pieces)
     tangent = np.array((-pieces[0, 3], pieces[0, 2]))
-    along = pieces[:, :2] @ tangent
-    order = np.argsort(along, kind='stable')
-    breaks = np.flatnonzero(np.diff(along[order]) > 1.5 * PIECE)
-    low, high = np.r_[order[0], order[breaks + 1]], np.r_[order[breaks], order[-1]]
+    breaks = np.flatnonzero(np.diff(along) > 1.5 * PIECE)
+    low, high = np.r_[0, breaks + 1], np.r_[breaks, len(pieces) - 1]
     steps = np.arange(1, GOES_ON + 1) * PIECE
     found = [
         np.hstack((pieces[end, :2] + sign * steps[:, None] * tangent, np.tile(pieces[end, 2:], (GOES_ON, 1))))

@@ -20,6 +20,8 @@ EDGE = math.radians(4.0)
 """Inside the cone, and less steep than the steepest, where it is sure that an echo comes back."""
 THROUGH = 0.3
 """Readings that looked through a piece, for each that was of it, from which on it is not there."""
+GLIMPSES = 1
+"""Readings that may have looked through what nobody heard."""
 SIDE = 0.12
 """m from a sensor, or from what it may hear, from which on a wall hides that."""
 INSIDE = 0.02
