@@ -16,11 +16,10 @@ import multiprocessing
 import os
 import sys
 import tempfile
-import traceback
 import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import partial
+from multiprocessing import connection
 from pathlib import Path
 
 from . import library
@@ -188,10 +187,10 @@ def compile_package(target: Target, package: str, modules: dict, packages: list[
     return entry
 
 
-def compile_aloud(target: Target, package: str, modules: dict, packages: list[str]) -> dict:
-    """compile_package, and say so."""
+def compile_aloud(target: Target, package: str, modules: dict, packages: list[str], told: Path) -> None:
+    """compile_package, and say so; the entry goes to a file `told`."""
     print(f'compiling the kernels of {package}', flush=True)
-    return compile_package(target, package, modules, packages)
+    told.write_text(json.dumps(compile_package(target, package, modules, packages)))
 
 
 def compile_dispatch(folder: Path) -> None:
@@ -243,25 +242,30 @@ def build(target: Target, packages: list[str]) -> list[str]:
 
 def compile_all(target: Target, modules: dict, packages: list[str], done: Callable[[str, dict], None]) -> list[str]:
     """Compile packages, {name: modules}, each in a process of its own, as many at a time as there are cores, largest
-    first; `done(package, entry)` for each that was compiled. Names of the others.
+    first; `done(package, entry)` for each that was compiled. Names of the others: whatever is wrong with one, or ends
+    its process, they are compiled.
     """
     teach_numba()
     mend_pycc()
-    largest_first = sorted(modules, key=lambda name: -sum(path.stat().st_size for path in modules[name].values()))
-    failed = []
-    with multiprocessing.get_context('fork').Pool(os.cpu_count(), maxtasksperchild=1) as pool:
-        results = {
-            package: pool.apply_async(
-                compile_aloud, (target, package, modules[package], packages), callback=partial(done, package)
-            )
-            for package in largest_first
-        }
-        for package, result in results.items():
-            try:
-                result.get()
-            except Exception:  # whatever is wrong with one package's source, the others' are compiled
-                traceback.print_exc()
+    waiting = sorted(modules, key=lambda name: sum(path.stat().st_size for path in modules[name].values()))
+    context, running, failed = multiprocessing.get_context('fork'), {}, []
+    with tempfile.TemporaryDirectory() as folder:
+        while waiting or running:
+            while waiting and len(running) < os.cpu_count():
+                package = waiting.pop()
+                arguments = (target, package, modules[package], packages, Path(folder) / package)
+                process = context.Process(target=compile_aloud, args=arguments, daemon=True)
+                process.start()
+                running[process.sentinel] = package, process
+            for sentinel in connection.wait(running):
+                package, process = running.pop(sentinel)
+                process.join()
+                if process.exitcode == 0:
+                    done(package, json.loads((Path(folder) / package).read_text()))
+                    continue
                 failed.append(package)
+                if process.exitcode < 0:  # nothing else tells of it: a machine with too little memory kills
+                    print(f'signal {-process.exitcode} ended the compiling of {package}', file=sys.stderr)
     return failed
 
 

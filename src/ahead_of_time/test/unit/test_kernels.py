@@ -330,15 +330,23 @@ def test_what_is_installed_elsewhere_runs_there_and_does_not_know_where_it_was_c
     assert f'{one_kernel}/lower'.encode() not in code.read_bytes()
 
 
-def test_a_kernel_that_does_not_compile_fails_the_build_and_not_the_others(tmp_path):
-    for name, line in (('good', 'return a + 1.0'), ('bad', 'return a.no_such_thing')):
+@pytest.mark.parametrize(
+    'line, warm, why',
+    [
+        ('return a.no_such_thing', 'f(1.0)', 'no_such_thing'),
+        ('return a', 'import os, signal; os.kill(os.getpid(), signal.SIGKILL)', 'signal 9 ended the compiling of bad'),
+    ],
+)
+def test_a_kernel_that_does_not_compile_fails_the_build_and_not_the_others(tmp_path, line, warm, why):
+    for name, lines in (('good', ('return a + 1.0', 'f(1.0)')), ('bad', (line, warm))):
         (tmp_path / name).mkdir()
         (tmp_path / name / '__init__.py').write_text('')
         (tmp_path / name / 'one.py').write_text(
-            f'from ahead_of_time import kernel\n@kernel\ndef f(a):\n    {line}\ndef warm():\n    f(1.0)\n'
+            'from ahead_of_time import kernel\n@kernel\ndef f(a):\n    {}\ndef warm():\n    {}\n'.format(*lines)
         )
     done = python(tmp_path, '-m', 'ahead_of_time.build', str(tmp_path), 'bad', 'good')
-    assert done.returncode == 1 and 'the kernels of bad could not be compiled' in done.stderr
+    assert done.returncode == 1 and why in done.stderr
+    assert 'the kernels of bad could not be compiled' in done.stderr
     done = python(tmp_path, '-c', 'import sys\nfrom good import one\nprint(one.f(1.0), "numba" in sys.modules)')
     assert done.stdout.split() == ['2.0', 'False']
 
