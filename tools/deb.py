@@ -72,7 +72,8 @@ def pinned_names() -> list[str]:
 
 def _listed(name):
     lines = (ROOT / 'tools' / name).read_text(encoding='utf-8').splitlines()
-    return [line.split('==')[0] for line in lines if line and line[0] != '#' and '# tests' not in line]
+    listed = [Requirement(line.split(' #')[0]) for line in lines if line and line[0] != '#' and '# tests' not in line]
+    return [wanted.name for wanted in listed if not wanted.marker or wanted.marker.evaluate()]
 
 
 def pinned(names: list[str], venv: Path) -> tuple[list[importlib.metadata.Distribution], set[str]]:

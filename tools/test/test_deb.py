@@ -3,6 +3,7 @@
 import ast
 import importlib.machinery
 import os
+import platform
 import re
 import subprocess
 import sys
@@ -148,6 +149,10 @@ def test_the_pinned_packages_come_whole_and_without_the_tools():
     found = {distribution.metadata['Name'] for distribution in own}
     assert {'python-can', 'cantools', 'filterpy', 'textparser'} <= found and not {'ruff', 'pip'} & found
     assert [name for name in names(control) if name not in installed()] == []
+
+
+def test_what_is_for_another_processor_alone_is_not_packed():
+    assert ('numba' in deb.pinned_names()) == (platform.machine() == 'aarch64')
 
 
 def test_what_neither_the_venv_nor_debian_brought_stops_the_build(tmp_path, monkeypatch):
