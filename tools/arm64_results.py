@@ -14,7 +14,13 @@ import count_tests
 import deb_control
 
 TOLERANCE = 1e-6  # between two machines' numbers
-TOOLS = ('tools/hide_ros.py', 'tools/steady.py', 'tools/apt-packages.txt', 'tools/python-packages.txt')
+TOOLS = (
+    'tools/hide_ros.py',
+    'tools/steady.py',
+    'tools/apt-packages.txt',
+    'tools/python-packages.txt',
+    'tools/python-packages-alone.txt',
+)
 BEGIN, END = '<!-- written by make arm64 -->', '<!-- end of what make arm64 writes -->'
 
 

@@ -72,8 +72,13 @@ def pinned_names() -> list[str]:
 
 def _listed(name):
     lines = (ROOT / 'tools' / name).read_text(encoding='utf-8').splitlines()
-    listed = [Requirement(line.split(' #')[0]) for line in lines if line and line[0] != '#' and '# tests' not in line]
-    return [wanted.name for wanted in listed if not wanted.marker or wanted.marker.evaluate()]
+    return _wanted(line.split(' #')[0] for line in lines if line and line[0] != '#' and '# tests' not in line)
+
+
+def _wanted(requirements):
+    """Names of those of requirements (PEP 508) that hold on this machine."""
+    found = map(Requirement, requirements)
+    return [want.name for want in found if not want.marker or want.marker.evaluate({'extra': ''})]
 
 
 def pinned(names: list[str], venv: Path) -> tuple[list[importlib.metadata.Distribution], set[str]]:
@@ -90,8 +95,7 @@ def pinned(names: list[str], venv: Path) -> tuple[list[importlib.metadata.Distri
             elsewhere.append(distribution)
         elif name not in own:
             own[name] = distribution
-            wanted = map(Requirement, () if name in alone else distribution.requires or ())
-            waiting += [want.name for want in wanted if not want.marker or want.marker.evaluate({'extra': ''})]
+            waiting += _wanted(() if name in alone else distribution.requires or ())
     paths = sorted({str(distribution._path) for distribution in elsewhere})  # type: ignore[attr-defined]
     owners = subprocess.run(['dpkg', '-S', *paths], capture_output=True, text=True) if paths else None
     if owners and owners.returncode:
