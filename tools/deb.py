@@ -161,10 +161,17 @@ def compile_kernels(work: Path, packages: list[deb_control.Package], seconds: in
     date(target, seconds)
 
 
+def names_folder(content: bytes, folder: Path) -> bool:
+    """Whether what a file holds names a folder: `/sara` is named by neither `/opt/sara` nor `/sara_nav`. Two letters
+    before it are no part of a path: in bytecode they may be the type and the length of a string.
+    """
+    return re.search(rb'(?<![\w.-]{3})' + re.escape(bytes(folder)) + rb'(?![\w.-])', content) is not None
+
+
 def pack(stage: Path, control: deb_control.Control, seconds: int, out: Path, log: Path) -> None:
     """Make the .deb of a folder. Raises SystemExit where a file of it names a folder of this machine."""
     for path in stage.rglob('*'):
-        if path.is_file() and str(ROOT).encode() in path.read_bytes():
+        if path.is_file() and names_folder(path.read_bytes(), ROOT):
             raise SystemExit(f'{path} names a folder of this machine')
     document = stage / 'usr/share/doc' / control.name / 'copyright'
     document.parent.mkdir(parents=True)

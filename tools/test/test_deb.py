@@ -2,6 +2,7 @@
 
 import ast
 import importlib.machinery
+import marshal
 import os
 import platform
 import re
@@ -9,6 +10,7 @@ import subprocess
 import sys
 import sysconfig
 from functools import cache
+from pathlib import Path
 
 import deb
 import deb_control
@@ -217,6 +219,16 @@ def test_a_file_that_names_a_folder_of_the_builder_is_refused(stage, tmp_path):
     (stage / 'opt/sara/setup.sh').write_text(f'. {deb.ROOT}/devel/setup.sh\n')
     with pytest.raises(SystemExit, match=r'setup\.sh names a folder of this machine'):
         deb.pack(stage, control_of('sara_nav'), 10**9, tmp_path, tmp_path / 'log')
+
+
+@pytest.mark.parametrize('folder', ('/sara', '/app', '/home/somebody/sara', f'/home/{"x" * 80}/sara'))
+def test_a_folder_is_named_as_a_whole_path_alone(folder):
+    """As a container has it, a checkout may lie at /sara, and packages are installed in /opt/sara."""
+    code = marshal.dumps(compile('def f():\n    return 1\n', f'{folder}/src/sara_nav/maps.py', 'exec'))
+    for content in (code, f'. {folder}/devel/setup.sh', f'PATH={folder}:/bin', f"'{folder}'", f'x{folder}/devel'):
+        assert deb.names_folder(content if isinstance(content, bytes) else content.encode(), Path(folder))
+    for innocent in ('/opt{}/setup.sh', 'platforms{}/sara.dbc', '{}_nav/maps.py', '{}-nav', '{}.yaml', '/usr/lib{}/x'):
+        assert not deb.names_folder(innocent.format(folder).encode(), Path(folder))
 
 
 def test_a_command_that_fails_shows_its_log(tmp_path):
