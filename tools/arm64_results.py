@@ -107,9 +107,18 @@ def units_table(counts: dict[str, Count]) -> list[str]:
     total += [sum(count.skipped for count in counts.values()), sum(len(count.waiting) for count in counts.values())]
     minutes = sum(count.seconds for count in counts.values()) / 60
     lines.append(f'| all | {" | ".join(map(str, total))} | {minutes:.0f} |')
-    failed = {name: why for count in counts.values() for name, why in count.failed.items()}
-    told = [(f'- `{name}` failed:', f'  {textwrap.shorten(why, 110)}') for name, why in failed.items()]
-    return lines + [''] + [line for two in told for line in two]
+    return [*lines, '', *_failures({name: why for count in counts.values() for name, why in count.failed.items()})]
+
+
+def _failures(failed):
+    """Lines of Markdown: what failed, and why; tests of one file that failed for the same reason together."""
+    alike: dict[tuple[str, str], list[str]] = {}
+    for name, why in failed.items():
+        file = name.partition('[')[0].rpartition('.')[0]
+        alike.setdefault((file, textwrap.shorten(why, 110)), []).append(name)
+    for (file, why), names in alike.items():
+        yield f'- `{names[0]}` failed:' if len(names) == 1 else f'- {len(names)} tests of `{file}` failed:'
+        yield f'  {why}'
 
 
 def square_lines(ours: object, theirs: object) -> list[str]:

@@ -102,6 +102,13 @@ def test_tests_are_counted_and_what_failed_is_named(tmp_path):
     assert count.failed == {'a.bad': '1 != 2', 'test_b.py': 'not finished in 9 s'}
     lines = arm64_results.units_table({'one': count})
     assert '| one | 1 | 2 | 1 | 1 | 2 |' in lines and '- `a.bad` failed:\n  1 != 2' in '\n'.join(lines)
+    count.failed = {'a.one[0.5]': 'no browser', 'a.two': 'no browser', 'a.three': 'slow', 'b.one': 'no browser'}
+    told = '\n'.join(arm64_results.units_table({'one': count})[-6:]).split('\n- ')
+    assert told == [
+        '- 2 tests of `a` failed:\n  no browser',
+        '`a.three` failed:\n  slow',
+        '`b.one` failed:\n  no browser',
+    ]
 
 
 def test_pip_in_the_root_trusts_what_this_machine_trusts(tmp_path):
