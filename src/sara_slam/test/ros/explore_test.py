@@ -101,9 +101,11 @@ class ExploreTest(unittest.TestCase):
         self.go_on()
 
     def go_on(self):
+        """Until move_base has the goal: it is told of before it is given."""
         said = len(self.said)
         self.resume.publish(Bool(True))
         self.says('To a frontier', said)
+        self.until(lambda: self.heard['cmd_vel'] != Twist(), 'the robot does not move again')
 
     def gives_way_to_others(self):
         goal = PoseStamped()
