@@ -165,7 +165,7 @@ def names_folder(content: bytes, folder: Path) -> bool:
     """Whether what a file holds names a folder: `/sara` is named by neither `/opt/sara` nor `/sara_nav`. Two letters
     before it are no part of a path: in bytecode they may be the type and the length of a string.
     """
-    return re.search(rb'(?<![\w.-]{3})' + re.escape(bytes(folder)) + rb'(?![\w.-])', content) is not None
+    return re.search(rb'(?<![\w.-]{3})' + re.escape(bytes(folder)) + rb'(?!\.?[\w-])', content) is not None
 
 
 def pack(stage: Path, control: deb_control.Control, seconds: int, out: Path, log: Path) -> None:

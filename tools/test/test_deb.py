@@ -225,7 +225,14 @@ def test_a_file_that_names_a_folder_of_the_builder_is_refused(stage, tmp_path):
 def test_a_folder_is_named_as_a_whole_path_alone(folder):
     """As a container has it, a checkout may lie at /sara, and packages are installed in /opt/sara."""
     code = marshal.dumps(compile('def f():\n    return 1\n', f'{folder}/src/sara_nav/maps.py', 'exec'))
-    for content in (code, f'. {folder}/devel/setup.sh', f'PATH={folder}:/bin', f"'{folder}'", f'x{folder}/devel'):
+    for content in (
+        code,
+        f'. {folder}/devel/setup.sh',
+        f'PATH={folder}:/bin',
+        f"'{folder}'",
+        f'x{folder}/devel',
+        f'in {folder}.',
+    ):
         assert deb.names_folder(content if isinstance(content, bytes) else content.encode(), Path(folder))
     for innocent in ('/opt{}/setup.sh', 'platforms{}/sara.dbc', '{}_nav/maps.py', '{}-nav', '{}.yaml', '/usr/lib{}/x'):
         assert not deb.names_folder(innocent.format(folder).encode(), Path(folder))
