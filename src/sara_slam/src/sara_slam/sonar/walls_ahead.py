@@ -167,7 +167,7 @@ class WallsAhead:
         for since, wall, mount in self._heard.values():
             theta, rho = self._filter.walls[wall].tolist()
             ahead, along, _ = foot(self._filter.walls[wall : wall + 1], *self._filter.sensor(mount))
-            along_axis = math.cos(self._filter.pose[2] - theta - 0.5 * math.pi)
+            along_axis = math.sin(self._filter.pose[2] - theta)
             if self._now - since > WALL_KEPT_S or not 0.0 < ahead[0] < NEAR or abs(along_axis) < BESIDE:
                 continue
             toward = math.copysign(1.0, self._toward * along_axis)
