@@ -68,7 +68,14 @@ TARGETS = {
             'gate/gate_config',
             'gate/safety',
         ),
-        ('test/unit/test_safety.py', 'test/unit/test_caution.py'),
+        ('test/unit/test_safety.py', 'test/unit/test_caution.py', 'test/unit/test_backlog.py'),
+        ('config/safety.yaml',),
+    ),
+    'backlog': Target(
+        'sara_control',
+        'gate/backlog',
+        ('gate/backlog', 'gate/guard', 'gate/safety'),
+        ('test/unit/test_backlog.py',),
         ('config/safety.yaml',),
     ),
     'assistance': Target(

@@ -146,13 +146,20 @@ class Guard:
         self.profile = name
         return True
 
-    def step(self, t: float) -> Decision:
-        """The Decision at t; to be called at a steady rate, and at once when something grave has come."""
+    def late(self, t: float) -> bool:
+        """Whether step(t) would stop the chair because something did not come in time."""
+        return self.gate.late(t, self._command, self._inputs())
+
+    def step(self, t: float, backlog: bool = False) -> Decision:
+        """The Decision at t; to be called at a steady rate, and at once when something grave has come.
+
+        backlog: as in SafetyGate.step.
+        """
         command = self._command
         if command is not None and command.stamp > t + AHEAD:  # the clock was set back: silence begins now
             self._command = Command(command.v, command.w, t)
         self.zones.see(t)
-        decision = self.gate.step(t, self._command, self._inputs())
+        decision = self.gate.step(t, self._command, self._inputs(), backlog)
         self.plausibility.on_command(t, decision.v, decision.w, self._pc_drives is True)
         return decision
 

@@ -18,6 +18,9 @@ from sara_control.zones.zones import Zones
 AHEAD = 0.1  # s: a stamp may be this far in the future
 LONGEST_STEP = 0.1  # s: after a longer pause speeds change as if it had been this long
 LET_GO = 1.0  # s for which a command that was made slower is then taken up on its curve
+LATE = frozenset(
+    {Reason.BUS, Reason.ENCODERS, Reason.IMU, Reason.RANGES, Reason.LOCALIZATION, Reason.COMMANDS}
+)  # something did not come in time
 GIVE_UP_PERIOD = 1.0  # s between two requests to give up, to a source that goes on commanding
 
 
@@ -50,6 +53,11 @@ class Inputs(NamedTuple):
     source: str = ''
     speed: float = math.nan
     imu_frozen: bool = False
+
+    def renewed(self, t: float) -> 'Inputs':
+        """The same, as if every input that has ever come had come again at t."""
+        names = ('bus', 'encoders', 'imu', 'ranges', 'localization')
+        return self._replace(**{name: t for name in names if getattr(self, name) > -math.inf})
 
 
 class Decision(NamedTuple):
@@ -111,14 +119,22 @@ class SafetyGate:
         self._latched = False
         return True, 'The emergency stop is released.'
 
-    def step(self, t: float, command: Command | None, inputs: Inputs) -> Decision:
-        """The Decision at t (s). command: the newest Command there is, None before the first."""
+    def late(self, t: float, command: Command | None, inputs: Inputs) -> bool:
+        """Whether step at t (s) would stop the chair because something did not come in time."""
+        return self._problem(t, command, inputs) in LATE
+
+    def step(self, t: float, command: Command | None, inputs: Inputs, backlog: bool = False) -> Decision:
+        """The Decision at t (s). command: the newest Command there is, None before the first. backlog: what has come
+        since is not handled yet, so that everything counts as if it had come again at t.
+        """
         if self._last is None or t < self._last:
             self._gave_up = t
         elapsed, self._last = t - (t if self._last is None else self._last), t
         dt = min(max(elapsed, 0.0), LONGEST_STEP)
         if self._armed and command is not None and command.stamp < self._armed_at:
             command = None  # it was void when the chair became ready, and stays so
+        if backlog:
+            inputs, command = inputs.renewed(t), command and Command(command.v, command.w, t)
         problem = Reason.CLOCK if elapsed < 0.0 else self._problem(t, command, inputs)
         if problem is None and self._armed:
             return self._drive(t, dt, command)

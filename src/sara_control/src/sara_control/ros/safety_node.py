@@ -1,6 +1,7 @@
 """safety_gate: `cmd_vel_in` to `cmd_vel_out`, smoothed, slowed or stopped, by the readings of the chair's sensors."""
 
 import threading
+import time
 from collections.abc import Callable, Sequence
 from functools import partial
 
@@ -21,13 +22,13 @@ from sara_common.diagnostics import ERROR, OK, WARN
 from sara_common.ros.diagnostics import Diagnostics
 from sara_common.ros.node import on_shutdown, start_node
 from sara_common.ros.scans import sweep_of
+from sara_control.gate.backlog import Backlog
 from sara_control.gate.gate_config import SafetyConfig
 from sara_control.gate.guard import Guard
 from sara_control.gate.reasons import Announcer, Reason, State, sentence
 from sara_control.zones.zone_config import RangeSensor
 
 LEVELS = {State.IDLE: OK, State.DRIVING: OK, State.BRAKING: ERROR, State.HELD: ERROR}
-LONGEST_PAUSE = 0.1  # s
 WAITS_PERIOD = 0.5  # s between two words that it waits
 SENSORS = (Reason.BUS, Reason.ENCODERS, Reason.IMU, Reason.RANGES)
 
@@ -41,6 +42,7 @@ class SafetyNode:
         except ConfigError as error:
             stop(f'wrong configuration of {rospy.get_name()}: {error}')
         self.guard = Guard(config)
+        self.backlog = Backlog()
         self.announcer = Announcer()
         self.decision = None
         self.lock = threading.Lock()
@@ -54,7 +56,7 @@ class SafetyNode:
         self.subscribe(config)
         rospy.Service('emergency_stop/reset', Trigger, self.on_reset)
         # reset: a simulation that is started anew sets the clock back, which would kill the timer.
-        self.timer = rospy.Timer(rospy.Duration(1.0 / config.rate), self.on_timer, reset=True)
+        self.timer = rospy.Timer(rospy.Duration(1.0 / config.rate), lambda _: self.step(), reset=True)
         on_shutdown(self.on_shutdown)
 
     def subscribe(self, config: SafetyConfig) -> None:
@@ -139,19 +141,14 @@ class SafetyNode:
         rospy.loginfo(why)
         return TriggerResponse(success=done, message=why)
 
-    def on_timer(self, event: object) -> None:
-        """One cycle. After a pause of this process, the messages that have come meanwhile are handled first."""
-        if event.last_real is not None and (event.current_real - event.last_real).to_sec() > LONGEST_PAUSE:
-            rospy.rostime.wallsleep(LONGEST_PAUSE / 10.0)
-        self.step()
-
     def step(self) -> None:
         """Tell the wheels what to do, and the rider why."""
         with self.lock:
             if self.stopping.is_set():  # asked and published under one lock: nothing follows the last stop
                 return
             now = rospy.get_time()
-            decision = self.decision = self.guard.step(now)
+            backlog = self.backlog.explains(time.monotonic(), self.guard.late(now))
+            decision = self.decision = self.guard.step(now, backlog)
             message = Twist()
             message.linear.x, message.angular.z = decision.v, decision.w
             self.out.publish(message)
