@@ -5,7 +5,7 @@ import math
 import pytest
 
 from sara_common.platforms import load, parameters
-from sara_control.gate.backlog import CATCH_UP, LONGEST_PAUSE, Backlog
+from sara_control.gate.backlog import CATCH_UP, Backlog
 from sara_control.gate.gate_config import SafetyConfig
 from sara_control.gate.guard import Guard
 from sara_control.gate.reasons import Reason, State
@@ -28,7 +28,6 @@ def backlog():
 def test_what_is_late_after_a_pause_has_a_while_to_be_handled(backlog):
     said = cycles(backlog, True, 1.3, 1.0)
     assert all(said[:12]) and not any(said[13:])
-    assert CATCH_UP == 0.25
 
 
 def test_it_may_become_late_in_a_later_cycle_for_the_clock_is_handled_in_pieces(backlog):
@@ -52,8 +51,25 @@ def test_a_process_that_pauses_all_the_time_still_notices(backlog, period):
     assert sum(said) * period <= CATCH_UP + period and not any(said[5:])
 
 
-def test_after_a_long_pause_nothing_is_excused(backlog):
-    assert not any(cycles(backlog, True, 1.0 + LONGEST_PAUSE, 1.0))
+@pytest.mark.parametrize(
+    ('pause', 'excused'), [(0.04, False), (0.05, False), (0.06, True), (0.5, True), (0.51, False), (60.0, False)]
+)
+@pytest.mark.parametrize('start', [0.0, -60.0])
+def test_pauses_of_0_05_to_0_5_s_excuse(pause, excused, start):
+    backlog = Backlog()
+    backlog.explains(start, False)
+    assert backlog.explains(start + pause, True) is excused
+
+
+def test_a_short_pause_after_a_long_one_excuses_again(backlog):
+    assert not backlog.explains(11.0, False) and not backlog.explains(11.02, False)
+    assert backlog.explains(11.2, True)
+
+
+def test_for_less_than_0_25_s():
+    backlog = Backlog()
+    backlog.explains(-0.3, False)
+    assert backlog.explains(0.0, True) and backlog.explains(0.24, True) and not backlog.explains(0.25, True)
 
 
 def test_the_first_cycle_of_a_process_is_no_pause():
