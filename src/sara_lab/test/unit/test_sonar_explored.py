@@ -5,9 +5,9 @@ from pathlib import Path
 from sara_lab.campaign.sonar_exploring import ended_wrong, sonar_explore
 from sara_lab.studies import explored as of_explored
 from sara_lab.studies.sonar_drives import MAPS
-from sara_lab.studies.sonar_explored import HOME_S, LIMIT_S, explored
+from sara_lab.studies.sonar_explored import LIMIT_S, explored
 from sara_nav.maps.map_io import FREE
-from sara_slam.exploring.explorer import State
+from sara_slam.exploring.explorer import SPARE_S, State
 
 
 def test_the_chair_begins_to_explore_a_room_by_its_sonars(monkeypatch):
@@ -22,9 +22,9 @@ def test_the_chair_begins_to_explore_a_room_by_its_sonars(monkeypatch):
 
 def test_it_goes_home_when_its_time_is_over(monkeypatch):
     monkeypatch.setattr(of_explored, 'LONGEST_S', 60.0)
-    found = explored('room', 0, HOME_S + 5.0)
+    found = explored('room', 0, SPARE_S + 10.0)
     assert found.state is State.DONE and 5.0 <= found.seconds < 60.0 and found.off_home <= 0.3
-    assert any('time_limit' in sentence for sentence in found.said)
+    assert any('return_by' in sentence for sentence in found.said)
     assert ended_wrong(found) == []
     assert ended_wrong(found._replace(off_home=0.5, contacts=2)) == [
         'it ended 0.50 m from where it began',

@@ -336,3 +336,39 @@ def test_after_a_pause_it_has_as_much_time_again():
     house.now += 200.0
     house.explorer.resume()
     assert isinstance(house.step(), Drive) and house.explorer.state is of_explorer.State.EXPLORING
+
+
+def turns_home(x, params):
+    """An explorer that has driven to an x (m) of a hall of 8 m, and turned home there; its time, s; what was said."""
+    said, now = [], 0.0
+    one = Explorer(
+        ExploreConfig(**params, progress_timeout=1e3), LatticePlanner(LatticePlannerConfig()), FOOTPRINT, said.append
+    )
+    costs = np.full((80, 200), FREE)
+    costs[[0, -1]] = costs[:, [0, -1]] = LETHAL
+    costs[:, 160:] = UNKNOWN
+    one.on_costmap(costmap(costs))
+    one.step(now, START)
+    while one.state is of_explorer.State.EXPLORING:
+        now += 2.0
+        one.step(now, Pose2D(x, 1.0, 0.0))
+        assert now < 300.0
+    return now, said
+
+
+@pytest.mark.parametrize(('x', 'way'), [(1.0, 0.0), (4.0, 3.0), (7.0, 6.0)])
+def test_it_turns_home_when_the_way_takes_the_time_that_is_left(x, way):
+    now, said = turns_home(x, {'return_by': 200.0})
+    due = 200.0 - of_explorer.SPARE_S - way / of_explorer.PACE
+    assert due - 2.0 <= now <= due + of_explorer.LOOK_HOME_S
+    assert any('what is left of 200 s (return_by)' in line for line in said)
+
+
+def test_where_no_way_home_is_known_it_is_at_least_as_long_as_the_distance(monkeypatch):
+    monkeypatch.setattr(Surroundings, 'way_to', lambda *_: math.inf)
+    assert 98.0 <= turns_home(7.0, {'return_by': 200.0})[0] <= 110.0
+
+
+def test_of_two_limits_the_earlier_one_holds():
+    now, said = turns_home(1.0, {'return_by': 200.0, 'time_limit': 50.0})
+    assert now <= 52.0 and any('time_limit of 50 s is over' in line for line in said)

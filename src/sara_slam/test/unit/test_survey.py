@@ -280,6 +280,8 @@ def test_a_goal_under_way_is_given_up_for_home_when_its_time_is_over():
         ({'sensors': 'camera'}, 'sensors is .camera.'),
         ({'range_reach': 0.0}, 'range_reach is 0'),
         ({'time_limit': -1.0}, 'time_limit is -1'),
+        ({'return_by': math.nan}, 'return_by is nan'),
+        ({'return_by': 60.0, 'return_to_init': False}, 'allowed is 0 without return_to_init'),
     ],
 )
 def test_parameters_that_cannot_be_used_are_named(params, fault):

@@ -26,8 +26,8 @@ from sara_slam.sonar.sonar_config import SonarConfig
 from sara_slam.sonar.sonar_slam import SonarSlam
 from sara_slam.sonar.walls_ahead import WALLS_S, same
 
-LIMIT_S, HOME_S = 1200.0, 200.0
-"""s that an exploration may take, and those of them that are left for the way home."""
+LIMIT_S = 1200.0
+"""s that an exploration may take, the way home with them."""
 INTERVAL_S, REST = 5.0, 0.03
 """Between two maps: s, and s for each s since it began, as the node rests that draws a sixth of its time."""
 
@@ -125,4 +125,4 @@ class SonarExploration(Exploration):
 
 def explored(name: str, number: int, limit: float = LIMIT_S) -> SonarExplored:
     """Exploration `number` on a map, s long at most: the seed of chair and start."""
-    return SonarExploration(name, number, {'time_limit': limit - HOME_S}).explored(name)
+    return SonarExploration(name, number, {'return_by': limit}).explored(name)

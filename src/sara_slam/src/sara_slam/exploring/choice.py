@@ -41,7 +41,9 @@ class Choice(NamedTuple):
 
 
 class Chooser(Protocol):
-    """Knows the newest map, and chooses where to on it."""
+    """Knows the newest map, and chooses where to on it. `ground`: that one, as the robot goes by it."""
+
+    ground: Costmap | None
 
     def on_costmap(self, costmap: Costmap, found: Sequence[Frontier]) -> None:
         """The newest map, and its frontiers."""
@@ -75,21 +77,21 @@ class ByFrontiers:
 
     def __init__(self, config: ExploreConfig) -> None:
         self._config = config
-        self._costmap: Costmap | None = None
+        self.ground: Costmap | None = None
         self._found: Sequence[Frontier] = ()
         self._strikes: list[tuple[Frontier, int]] = []
         self._looked_from: list[Pose2D] = []
 
     def on_costmap(self, costmap: Costmap, found: Sequence[Frontier]) -> None:
         """See Chooser."""
-        self._costmap, self._found = costmap, found
+        self.ground, self._found = costmap, found
 
     def at(self, pose: Pose2D) -> None:
         """Nothing comes of it: what the robot sees is on the map."""
 
     def choose(self, planner: Planner, footprint: np.ndarray, start: Pose2D, under_way: bool) -> Choice | None:
         """See Chooser."""
-        around = Surroundings(self._costmap, start, footprint)
+        around = Surroundings(self.ground, start, footprint)
         for strikes in (0,) if under_way else (0, 1):
             due = [frontier for frontier in self._found if self._strikes_of(frontier) <= strikes]
             choice = choose(self._config, planner, around, start, due, self._looked_from)

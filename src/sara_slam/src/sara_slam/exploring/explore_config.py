@@ -11,7 +11,7 @@ _FRAMES = ('robot_base_frame',)
 _WORDS = ('costmap_topic', 'costmap_updates_topic', 'move_base')
 SENSORS = ('scan', 'ranges')
 _ABOVE_0 = ('planner_frequency', 'progress_timeout', 'min_frontier_size', 'transform_tolerance', 'range_reach')
-_FROM_0 = ('potential_scale', 'gain_scale', 'orientation_scale', 'time_limit')
+_FROM_0 = ('potential_scale', 'gain_scale', 'orientation_scale', 'time_limit', 'return_by')
 
 
 @dataclass(frozen=True)
@@ -30,6 +30,7 @@ class ExploreConfig:
     orientation_scale: float = 0.5
     transform_tolerance: float = 1.0
     time_limit: float = 0.0
+    return_by: float = 0.0
     sensors: str = SENSORS[0]
     range_topics: tuple[str, ...] = ()
     range_reach: float = 1.5
@@ -40,6 +41,8 @@ class ExploreConfig:
     def faults(self) -> list[str]:
         """Sentences, one for each bad value."""
         found = number_faults(self, _ABOVE_0, _FROM_0)
+        if self.return_by and not self.return_to_init:
+            found.append(f'return_by is {self.return_by!r}, allowed is 0 without return_to_init')
         words = {name: getattr(self, name) for name in _WORDS}
         return found + [
             fault(self, name, 'is a name') for name, word in words.items() if not (isinstance(word, str) and word)

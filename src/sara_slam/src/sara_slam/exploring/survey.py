@@ -86,6 +86,7 @@ class Survey:
         self._rounds = ROUNDS
         self._last: Pose2D | None = None
         self._costmap: Costmap | None = None
+        self.ground: Costmap | None = None
         self._faced, self._corner = np.zeros((1, 1), np.uint8), (0, 0)  # how often each cell has been faced
         self._expected = self._near = None  # of each cell, and of the best beside it
         self._trail: list[tuple[float, float]] = []
