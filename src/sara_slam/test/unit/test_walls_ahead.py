@@ -87,18 +87,6 @@ def test_a_known_wall_goes_on_beyond_the_robots_front():
     assert x + 0.54 + 0.6 < cells[:, 0].max() < x + 0.54 + 1.0 and cells[:, 0].min() > x - 0.6
 
 
-@pytest.mark.parametrize('yaw', (1.57, 1.0))
-def test_a_wall_that_the_robot_faces_is_not_drawn_on(yaw):
-    """Who looks at a doorway hears its posts: the wall would go on through the opening."""
-    slam, x = driven(at=1.0)
-    pose, nose = (x, 0.0, yaw), (0.54, 0.18, 0.17)
-    for t in (20.0, 20.1, 20.2, 20.3):
-        slam.on_pose(t, pose)
-        slam.on_range(t - 0.05, 'nose', nose, 1.0 - compose(pose, nose)[1])
-    assert slam.kept[-1].wall >= 0 and slam._ahead._heard['nose'][1] == slam.kept[-1].wall
-    assert not len(occupied(slam.walls_ahead()))
-
-
 def test_a_wall_that_something_was_heard_through_ends_there():
     slam, x = driven(opening=(2.0, 3.0), until=2.0)
     cells = occupied(slam.walls_ahead())

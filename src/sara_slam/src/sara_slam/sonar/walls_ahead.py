@@ -47,10 +47,6 @@ TOO_NEAR, TAKEN_FOR = 1.5, 0.75
 """Of the sensors' least range: up to this something that was known is what is too near to be measured; where something
 unknown is shown.
 """
-BESIDE = 0.7
-"""Cosine of the angle between a wall and the robot's axis from which on the wall is beside it. What is before it its
-sensors hear where it is: drawn on, it would shut the doorway that the robot looks at.
-"""
 TURNS_BACK = 0.01
 """m that the robot must have come back until it counts as driving the other way: less is rounding, or a tremble."""
 TOGETHER, RECENT, FACES = 0.4, 30, 8
@@ -167,10 +163,9 @@ class WallsAhead:
         for since, wall, mount in self._heard.values():
             theta, rho = self._filter.walls[wall].tolist()
             ahead, along, _ = foot(self._filter.walls[wall : wall + 1], *self._filter.sensor(mount))
-            along_axis = math.sin(self._filter.pose[2] - theta)
-            if self._now - since > WALL_KEPT_S or not 0.0 < ahead[0] < NEAR or abs(along_axis) < BESIDE:
+            if self._now - since > WALL_KEPT_S or not 0.0 < ahead[0] < NEAR:
                 continue
-            toward = math.copysign(1.0, self._toward * along_axis)
+            toward = math.copysign(1.0, self._toward * math.cos(self._filter.pose[2] - theta - 0.5 * math.pi))
             end = self._to_front(mount) + WALL_BEYOND
             places = along[0] + toward * np.arange(-BEHIND, end, STEP)
             c, s = math.cos(theta), math.sin(theta)
