@@ -20,7 +20,7 @@ def cycles(backlog, late, start, seconds, period=PERIOD):
 
 @pytest.fixture
 def backlog():
-    one = Backlog()
+    one = Backlog(PERIOD)
     assert not any(cycles(one, False, 0.0, 1.0))
     return one
 
@@ -56,9 +56,17 @@ def test_a_process_that_pauses_all_the_time_still_notices(backlog, period):
 )
 @pytest.mark.parametrize('start', [0.0, -60.0])
 def test_pauses_of_0_05_to_0_5_s_excuse(pause, excused, start):
-    backlog = Backlog()
+    backlog = Backlog(PERIOD)
     backlog.explains(start, False)
     assert backlog.explains(start + pause, True) is excused
+
+
+def test_what_is_a_pause_depends_on_the_gates_own_rate():
+    backlog = Backlog(0.1)
+    backlog.explains(0.0, False)
+    assert not backlog.explains(0.25, True)
+    backlog.explains(0.3, False)
+    assert backlog.explains(0.56, True)
 
 
 def test_a_short_pause_after_a_long_one_excuses_again(backlog):
@@ -67,13 +75,13 @@ def test_a_short_pause_after_a_long_one_excuses_again(backlog):
 
 
 def test_for_less_than_0_25_s():
-    backlog = Backlog()
+    backlog = Backlog(PERIOD)
     backlog.explains(-0.3, False)
     assert backlog.explains(0.0, True) and backlog.explains(0.24, True) and not backlog.explains(0.25, True)
 
 
 def test_the_first_cycle_of_a_process_is_no_pause():
-    assert not Backlog().explains(100.0, True)
+    assert not Backlog(PERIOD).explains(100.0, True)
 
 
 class Driven:

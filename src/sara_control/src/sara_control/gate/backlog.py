@@ -4,17 +4,18 @@ from __future__ import annotations
 
 import math
 
-SHORTEST_PAUSE = 0.05  # s between two cycles; after more the process has stood still
+CYCLES = 2.5  # between two; after more the process has stood still
 LONGEST_PAUSE = 0.5  # s; after more the wheels have stopped by themselves, and the robot must not go on at once
 CATCH_UP = 0.25  # s for which messages may then wait to be handled
 
 
 class Backlog:
     """After a pause of this process a simulated clock may be handled before the messages that came with it, or after
-    them, whose stamps then lie ahead. Times are of a steady wall clock, s.
+    them, whose stamps then lie ahead. Times are of a steady wall clock, s. period: from cycle to cycle.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, period: float) -> None:
+        self._shortest = CYCLES * period
         self._cycle_at = math.inf
         self._paused_at = -math.inf
         self._late_since: float | None = None
@@ -24,7 +25,7 @@ class Backlog:
         stays late is so for CATCH_UP s at most, however often the process pauses.
         """
         pause, self._cycle_at = now - self._cycle_at, now
-        if pause > SHORTEST_PAUSE:
+        if pause > self._shortest:
             self._paused_at = now if pause <= LONGEST_PAUSE else -math.inf
         if not late:
             self._late_since = None

@@ -42,7 +42,7 @@ class SafetyNode:
         except ConfigError as error:
             stop(f'wrong configuration of {rospy.get_name()}: {error}')
         self.guard = Guard(config)
-        self.backlog = Backlog()
+        self.backlog = Backlog(1.0 / config.rate)
         self.announcer = Announcer()
         self.decision = None
         self.lock = threading.Lock()
