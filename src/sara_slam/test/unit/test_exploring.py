@@ -16,6 +16,7 @@ from sara_nav.lattice.config import LatticePlannerConfig
 from sara_nav.lattice.planner import LatticePlanner
 from sara_nav.maps.map_io import GridMap, MapError
 from sara_slam.exploring import explorer as of_explorer
+from sara_slam.exploring import limits
 from sara_slam.exploring.choice import choose, cost
 from sara_slam.exploring.explore_config import ExploreConfig
 from sara_slam.exploring.explorer import Drive, Explorer, Stop
@@ -359,8 +360,8 @@ def turns_home(x, params):
 @pytest.mark.parametrize(('x', 'way'), [(1.0, 0.0), (4.0, 3.0), (7.0, 6.0)])
 def test_it_turns_home_when_the_way_takes_the_time_that_is_left(x, way):
     now, said = turns_home(x, {'return_by': 200.0})
-    due = 200.0 - of_explorer.SPARE_S - way / of_explorer.PACE
-    assert due - 2.0 <= now <= due + of_explorer.LOOK_HOME_S
+    due = 200.0 - limits.SPARE_S - way / limits.PACE
+    assert due - 2.0 <= now <= due + limits.LOOK_S
     assert any('what is left of 200 s (return_by)' in line for line in said)
 
 

@@ -8,7 +8,6 @@ Whoever else gives the robot a goal, or stops it, takes over: exploring then pau
 from __future__ import annotations
 
 import enum
-import math
 from collections.abc import Callable
 from typing import NamedTuple
 
@@ -22,7 +21,7 @@ from sara_nav.grids.grid import INSCRIBED
 from sara_slam.exploring.choice import ByFrontiers, Choice, Chooser, Planner
 from sara_slam.exploring.explore_config import ExploreConfig
 from sara_slam.exploring.frontiers import Frontier, frontiers
-from sara_slam.exploring.viewpoints import Surroundings
+from sara_slam.exploring.limits import Limits
 
 ABORTED = 'Goal aborted: '
 OF_THE_GOAL = tuple(text.split('.')[0] for text in (BY_PLANNING, BY_CONTROL, BY_OSCILLATION, BY_STUCK)) + (
@@ -41,8 +40,6 @@ HOME_TRIES = 4
 """How often the way home is tried, NEWS_S apart."""
 FINISH_S = 240.0
 """s before it turns home for lack of time from which on what has been begun is finished."""
-PACE, SPARE_S, LOOK_HOME_S = 0.15, 60.0, 10.0
-"""m/s at least that the way home goes on, s more that it may take, and s between two looks at how long it is."""
 MOVED, TURNED = 0.1, 0.2
 """m and rad that are progress."""
 AT_HOME = 0.3
@@ -96,7 +93,7 @@ class Explorer:
         self._progress = None  # (s, pose) of the newest
         self._in_vain, self._waits_for = 0, ''
         self._homeward, self._home_tries = False, 0  # whether it drives home; how often it set out for it
-        self._home_way = (-math.inf, 0.0)  # when it was looked how long the way home is, s, and what it was, m
+        self._limits = Limits(config, footprint)
 
     # -- what comes in -------------------------------------------------------------------------------------------
 
@@ -167,7 +164,7 @@ class Explorer:
         if self.state is State.RETURNING:
             return None if self._homeward or hold else self._go_home()
         self._limit_from = now if self._limit_from is None else self._limit_from
-        left, limit = self._time_left(now, pose)
+        left, limit = self._limits.left(now - self._limit_from, pose, self._home, self._chooser.ground)
         if left <= 0.0:
             return self._time_is_up(now, pose, limit)
         if left <= FINISH_S:
@@ -240,28 +237,6 @@ class Explorer:
             f'To a frontier of {visit.frontier.size:.1f} m at {_place(visit.frontier)}; {len(self.found)} on the map.'
         )
         return Drive(visit.pose)
-
-    def _time_left(self, now, pose):
-        """(s until it has to turn home, by which limit, in words)."""
-        config, gone = self.config, now - self._limit_from
-        limits = [(math.inf, '')]
-        if config.time_limit > 0.0:
-            limits.append((config.time_limit - gone, f'The time_limit of {config.time_limit:.0f} s is over.'))
-        if config.return_by > 0.0:
-            left = config.return_by - gone - SPARE_S
-            if left > 0.0:
-                left -= self._way_home(now, pose) / PACE
-            limits.append((left, f'The way back takes what is left of {config.return_by:.0f} s (return_by).'))
-        return min(limits)
-
-    def _way_home(self, now, pose):
-        """m that are to be driven home, as far as is known."""
-        looked, way = self._home_way
-        if not 0.0 <= now - looked < LOOK_HOME_S:
-            known = Surroundings(self._chooser.ground, pose, self._footprint).way_to(self._home.x, self._home.y)
-            way = known if math.isfinite(known) else max(way, pose.distance(self._home))
-            self._home_way = now, way
-        return way
 
     def _time_is_up(self, now, pose, limit):
         under_way, self.visit = self.visit is not None, None
