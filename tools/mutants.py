@@ -69,14 +69,14 @@ TARGETS = {
             'gate/safety',
         ),
         ('test/unit/test_safety.py', 'test/unit/test_caution.py', 'test/unit/test_backlog.py'),
-        ('config/safety.yaml',),
+        ('config/safety.yaml', 'test/unit/test_guard.py'),
     ),
     'backlog': Target(
         'sara_control',
         'gate/backlog',
         ('gate/backlog', 'gate/guard', 'gate/safety'),
         ('test/unit/test_backlog.py',),
-        ('config/safety.yaml',),
+        ('config/safety.yaml', 'test/unit/test_guard.py'),
     ),
     'assistance': Target(
         'sara_lowlevel',

@@ -1,14 +1,15 @@
 """What is late after a pause of the gate's own process, and what really does not come."""
 
-import math
+import sys
+from pathlib import Path
 
 import pytest
 
-from sara_common.platforms import load, parameters
 from sara_control.gate.backlog import CATCH_UP, Backlog
-from sara_control.gate.gate_config import SafetyConfig
-from sara_control.gate.guard import Guard
 from sara_control.gate.reasons import Reason, State
+
+sys.path.append(str(Path(__file__).resolve().parent))
+from test_guard import TICK, Chair, driving  # noqa: E402
 
 PERIOD = 0.02
 
@@ -84,84 +85,58 @@ def test_the_first_cycle_of_a_process_is_no_pause():
     assert not Backlog(PERIOD).explains(100.0, True)
 
 
-class Driven:
-    """A gate without sonars that drives ahead; only `told` names come."""
-
-    def __init__(self):
-        params = parameters('sara_control', 'safety.yaml', load('sara'))
-        params['gate'].update(range_timeout=0.0)
-        self.guard, self.t, self.angle = Guard(SafetyConfig.from_params(params)), 50.0, 0.0
-        self.guard.on_mode(self.t, 3)
-        self.guard.on_source('navigation')
-
-    def hear(self, command=0.3):
-        guard, t = self.guard, self.t
-        if command is not None:
-            guard.on_command(t, command, 0.0)
-        for wheel in (0, 1):
-            steps = round(self.angle / math.tau * guard.config.plausibility.steps_per_turn)
-            guard.on_encoder(t, wheel, steps, round(t * 1e4))
-        guard.on_imu(t, (0.0, 0.0, 0.0))
-        guard.on_localization(t, 0.0, 0.0)
-
-    def run(self, seconds, hears=True, backlog=False, command=0.3):
-        for _ in range(round(seconds / PERIOD)):
-            self.t += PERIOD
-            if hears:
-                self.hear(command)
-            decision = self.guard.step(self.t, backlog)
-            self.angle += decision.v / self.guard.config.plausibility.wheel_radius * PERIOD
-        return decision
-
-
-def ready():
-    """One that has seen a zero, which arms it."""
-    one = Driven()
-    one.run(1.0, command=0.0)
-    return one
+def unheard(chair, seconds, steps=True):
+    """The gate's last Decision while the chair drives on and its frames wait to be handled; steps: whether it steps."""
+    for _ in range(round(seconds / TICK)):
+        chair.t, chair.tick = chair.t + TICK, chair.tick + 1
+        chair.told_at = chair.t
+        chair.move()
+        chair.talk()
+        if steps and chair.tick % 2 == 0:
+            chair.decision = chair.guard.step(chair.t, backlog=True)
+    return chair.decision
 
 
 def test_the_gate_drives_on_while_what_came_is_not_handled_yet():
-    one = ready()
-    before = one.run(2.0)
-    assert before.state is State.DRIVING and before.v > 0.25
-    one.t += 0.5
-    assert one.guard.late(one.t)
-    after = one.run(0.2, hears=False, backlog=True)
+    chair = driving(0, 0.3)
+    before = unheard(chair, 0.5, steps=False)
+    assert chair.guard.late(chair.t)
+    after = unheard(chair, 0.2)
     assert after.state is State.DRIVING and after.v >= before.v and not after.give_up
-    assert one.run(0.1).state is State.DRIVING
+    chair.states.clear()
+    assert chair.run(0.5).states == {State.DRIVING}
 
 
 def test_and_brakes_at_once_when_it_does_not_come():
-    one = ready()
-    one.run(2.0)
-    one.t += 0.5
-    one.run(0.2, hears=False, backlog=True)
-    decision = one.run(PERIOD, hears=False)
+    chair = driving(0, 0.3)
+    unheard(chair, 0.5, steps=False)
+    unheard(chair, 0.2)
+    decision = chair.guard.step(chair.t + PERIOD)
     assert (decision.state, decision.reason, decision.give_up) == (State.BRAKING, Reason.BUS, True)
 
 
 def test_a_backlog_hides_no_hazard():
-    one = ready()
-    one.run(2.0)
-    one.guard.on_emergency_stop(True)
-    assert one.run(PERIOD, hears=False, backlog=True).reason is Reason.EMERGENCY_STOP
+    chair = driving(0, 0.3)
+    chair.guard.on_emergency_stop(True)
+    assert unheard(chair, PERIOD).reason is Reason.EMERGENCY_STOP
 
 
 def test_what_never_came_is_missing_all_the_same():
-    one = Driven()
-    decision = one.run(PERIOD, hears=False, backlog=True)
+    chair = Chair()
+    chair.guard.on_mode(chair.t, 3)
+    decision = unheard(chair, PERIOD)
     assert (decision.state, decision.reason) == (State.HELD, Reason.ENCODERS)
 
 
 def test_a_command_that_was_void_stays_void():
-    one = ready()
-    one.run(2.0)
-    one.guard.on_emergency_stop(True)
-    one.run(0.5)
-    one.guard.on_emergency_stop(False)
-    one.run(1.5, command=None)
-    assert one.guard.reset()[0]
-    assert one.run(PERIOD, command=None).state is State.IDLE
-    assert one.run(1.0, command=None, backlog=True).v == 0.0
-    assert one.run(1.0).v > 0.1
+    chair = driving(0, 0.3)
+    chair.guard.on_emergency_stop(True)
+    chair.run(0.5)
+    chair.guard.on_emergency_stop(False)
+    chair.command = None
+    chair.run(1.5)
+    assert chair.guard.reset()[0]
+    assert chair.run(PERIOD).decision.state is State.IDLE
+    assert unheard(chair, 1.0).v == 0.0
+    chair.command = 0.3, 0.0
+    assert chair.run(1.0).decision.v > 0.1

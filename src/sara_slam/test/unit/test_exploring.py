@@ -340,7 +340,7 @@ def test_after_a_pause_it_has_as_much_time_again():
 
 
 def turns_home(x, params):
-    """An explorer that has driven to an x (m) of a hall of 8 m, and turned home there; its time, s; what was said."""
+    """When (s) an explorer that stands at an x (m) of a hall of 8 m turns home, and what it has said."""
     said, now = [], 0.0
     one = Explorer(
         ExploreConfig(**params, progress_timeout=1e3), LatticePlanner(LatticePlannerConfig()), FOOTPRINT, said.append

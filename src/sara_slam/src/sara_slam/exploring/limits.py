@@ -31,9 +31,7 @@ class Limits:
         if config.time_limit > 0.0:
             limits.append((config.time_limit - gone, f'The time_limit of {config.time_limit:.0f} s is over.'))
         if config.return_by > 0.0:
-            left = config.return_by - gone - SPARE_S
-            if left > 0.0:
-                left -= self._way_home(gone, pose, home, ground) / PACE
+            left = config.return_by - gone - SPARE_S - self._way_home(gone, pose, home, ground) / PACE
             limits.append((left, f'The way back takes what is left of {config.return_by:.0f} s (return_by).'))
         return min(limits)
 

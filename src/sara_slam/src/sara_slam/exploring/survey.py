@@ -85,7 +85,6 @@ class Survey:
         self._tried: list[tuple[Pose2D, bool]] = []  # and whether it was reached
         self._rounds = ROUNDS
         self._last: Pose2D | None = None
-        self._costmap: Costmap | None = None
         self.ground: Costmap | None = None
         self._faced, self._corner = np.zeros((1, 1), np.uint8), (0, 0)  # how often each cell has been faced
         self._expected = self._near = None  # of each cell, and of the best beside it
@@ -134,7 +133,7 @@ class Survey:
         corner = round(g.origin_x / g.resolution), round(g.origin_y / g.resolution)
         faced = np.zeros(costs.shape, np.uint8)
         _paste(self._faced, self._corner, faced, corner)
-        self._costmap, self._faced, self._corner, self._expected = costmap, faced, corner, None
+        self._faced, self._corner, self._expected = faced, corner, None
         self._passed, self._looked = np.zeros(costs.shape, bool), 0
 
     def finish(self) -> None:
@@ -149,7 +148,7 @@ class Survey:
         if last is not None and not is_apart(last, pose, MOVED_M, MOVED_RAD):
             return
         self._last = pose
-        if self._costmap is None or not len(self._sensors):
+        if self.ground is None or not len(self._sensors):
             return
         places, _ = self._heard(np.array([[pose.x, pose.y, pose.yaw]]))
         places = np.unique(places[places >= 0])
@@ -170,7 +169,7 @@ class Survey:
 
     def _sum(self, frontier):
         """Cells of which something is expected, where those of a frontier are or beside them."""
-        columns, rows = cells_of(frontier.points, self._costmap.geometry)
+        columns, rows = cells_of(frontier.points, self.ground.geometry)
         height, width = self._border.shape
         inside = (columns >= 0) & (columns < width) & (rows >= 0) & (rows < height)
         self.expected()
@@ -230,7 +229,7 @@ class Survey:
         cells = np.unique(places[places >= 0])
         cells = cells[expected.ravel()[cells] > 0.0]
         rows, columns = np.unravel_index(cells, expected.shape)
-        points = np.column_stack(self._costmap.geometry.to_world(columns, rows))
+        points = np.column_stack(self.ground.geometry.to_world(columns, rows))
         middle = points[np.argmin(np.hypot(*(points - points.mean(0)).T))]
         return Frontier(points, (float(middle[0]), float(middle[1])), gain)
 

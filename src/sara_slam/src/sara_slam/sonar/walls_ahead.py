@@ -165,7 +165,7 @@ class WallsAhead:
             ahead, along, _ = foot(self._filter.walls[wall : wall + 1], *self._filter.sensor(mount))
             if self._now - since > WALL_KEPT_S or not 0.0 < ahead[0] < NEAR:
                 continue
-            toward = math.copysign(1.0, self._toward * math.cos(self._filter.pose[2] - theta - 0.5 * math.pi))
+            toward = math.copysign(1.0, self._toward * math.sin(self._filter.pose[2] - theta))
             end = self._to_front(mount) + WALL_BEYOND
             places = along[0] + toward * np.arange(-BEHIND, end, STEP)
             c, s = math.cos(theta), math.sin(theta)
