@@ -92,7 +92,7 @@ TARGETS = {
     ),
 }
 STABLE = """import hypothesis
-hypothesis.settings.register_profile('stable', derandomize=True, database=None, max_examples=20)
+hypothesis.settings.register_profile('stable', deadline=None, derandomize=True, database=None, max_examples=20)
 hypothesis.settings.load_profile('stable')
 """
 
