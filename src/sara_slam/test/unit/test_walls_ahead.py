@@ -165,6 +165,18 @@ def test_what_is_too_near_to_be_measured_stands_beside_the_robot():
     assert len(cells) and np.abs(cells[:, 1] - 0.79).max() < 0.06
 
 
+def test_a_flat_thing_is_found_from_a_turn_towards_it_after_any_time_beside_it():
+    """The robot stood beside it, away from it, and turns to it in place."""
+    away, yaws = 0.65, np.concatenate((np.arange(0.0, -0.2, -0.02), np.full(60, -0.2), np.arange(-0.2, 0.38, 0.02)))
+    heard_at = yaws - 0.5 * np.diff(yaws, prepend=0.0)
+    far = [away - compose((0.0, 0.0, yaw), FRONT)[1] for yaw in heard_at.tolist()]
+    slam, _ = beside([(0.0, 0.0, yaw) for yaw in yaws.tolist()], far)
+    cells = occupied(slam.walls_ahead())
+    front = compose((0.0, 0.0, float(yaws[-1])), (0.54, 0.29, 0.0))
+    ahead = cells[:, 0] > front[0]
+    assert ahead.any() and np.abs(cells[ahead, 1] - away).max() < 0.08
+
+
 def test_what_came_nearer_does_so_where_it_is_too_near_to_be_measured():
     slope, at, steps = 0.25, 0.66, 12
     x = 0.05 * np.arange(steps)

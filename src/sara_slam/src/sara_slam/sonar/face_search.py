@@ -8,9 +8,11 @@ from typing import NamedTuple
 import numpy as np
 
 LEAST, SHORTEST = 3, 0.12
-"""Readings, and m that their sensors must be apart."""
+"""Readings, and m along it that their sensors must be apart."""
 WITHIN = 0.025
 """m that readings may be off the line."""
+ITERATIONS, TINY = 5, 1e-6
+"""Of the fit, which converges by the square; m2 by which readings differ along the line if they tell its angle."""
 STEEPEST, FLATTEST = 0.6, 0.05
 """m that it comes nearer by a metre of way: more is heard ahead, less is beside."""
 
@@ -36,15 +38,21 @@ def face(readings: np.ndarray, yaw: float, toward: float) -> Face | None:
     c, s = math.cos(axis), math.sin(axis)
     dx, dy, ranges = readings[:, 0] - x, readings[:, 1] - y, readings[:, 3]
     ahead, aside = way * (c * dy - s * dx), c * dx + s * dy
-    if len(readings) < LEAST or np.ptp(ahead) < SHORTEST:
+    if len(readings) < LEAST:
         return None
-    slope = 0.0
-    for _ in range(4):  # the distance of a line that slopes is measured square to it
-        touched = aside + ranges * math.hypot(1.0, slope)
-        slope, at = np.polyfit(ahead, touched, 1).tolist()
-    if np.abs(touched - slope * ahead - at).max() > WITHIN or not FLATTEST <= -slope <= STEEPEST:
+    normal, away = 0.5 * math.pi, 0.0  # of the line, cos(normal) ahead + sin(normal) aside = away
+    for _ in range(ITERATIONS):
+        c, s = math.cos(normal), math.sin(normal)
+        touched, along = ranges + c * ahead + s * aside, c * aside - s * ahead
+        spread, away = along - along.mean(), float(touched.mean())
+        weight = float((spread * spread).sum())
+        if weight < TINY:
+            return None
+        normal -= float((touched * spread).sum()) / weight
+    slope = math.inf if s <= 0.0 else c / s
+    if np.ptp(along) < SHORTEST or np.abs(touched - away).max() > WITHIN or not FLATTEST <= slope <= STEEPEST:
         return None
-    return Face(way, at, -slope, -slope * at / (1.0 + slope * slope))
+    return Face(way, away / s, slope, c * away)
 
 
 def points(found: Face, sensor: tuple[float, float, float], spacing: float, end: float) -> np.ndarray:

@@ -49,8 +49,8 @@ unknown is shown.
 """
 TURNS_BACK = 0.01
 """m that the robot must have come back until it counts as driving the other way: less is rounding, or a tremble."""
-TOGETHER, RECENT, FACES = 0.4, 30, 8
-"""m of way, and readings, in which a flat thing is looked for; how many of those are kept."""
+TOGETHER, APART, RECENT, FACES = 0.4, 0.02, 30, 8
+"""m of way, and readings, in which a flat thing is looked for; m between two of a sensor; how many things are kept."""
 
 WALLS_S = 0.2
 """s between two masks."""
@@ -118,10 +118,12 @@ class WallsAhead:
         yaw = self._filter.pose[2]
         if not NEAREST <= distance <= NEAR or abs(math.sin(mount[2])) < ASIDE:
             return
-        recent = self._recent.setdefault(round(mount[2], 2), deque(maxlen=RECENT))
-        recent.append((name, x, y, axis, distance))
+        recent, newest = self._recent.setdefault(round(mount[2], 2), deque(maxlen=RECENT)), (x, y, axis, distance)
         own = [row[1:] for row in recent if row[0] == name and math.dist(row[1:3], (x, y)) <= TOGETHER]
         others = [row[1:] for row in recent if row[0] != name]
+        if not own or math.dist(own[-1][:2], (x, y)) >= APART:
+            recent.append((name, *newest))
+        own.append(newest)
         end = self._to_front(mount) + FACE_BEYOND
         for rows in (own, others[-len(own) :] + own):
             found = face(np.array(rows), yaw, self._toward)
