@@ -28,8 +28,10 @@ from sara_slam.sonar.walls_ahead import WALLS_S, same
 
 LIMIT_S = 1200.0
 """s that an exploration may take, the way home with them."""
-INTERVAL_S, REST = 5.0, 0.03
-"""Between two maps: s, and s for each s since it began, as the node rests that draws a sixth of its time."""
+INTERVAL_S, REST = 5.0, 0.01
+"""Between two maps: s, and s for each s since it began, as the node rests on a computer that draws a map of 20 minutes
+in 1.7 s.
+"""
 
 
 class SonarMapping(Estimate):

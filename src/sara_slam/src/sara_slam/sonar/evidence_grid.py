@@ -14,6 +14,7 @@ import math
 
 import numpy as np
 
+from ahead_of_time import kernel
 from sara_common.repeatable import cos_sin
 from sara_nav.grids.grid import GridGeometry
 from sara_nav.maps.map_io import FREE, OCCUPIED, UNKNOWN, GridMap
@@ -220,12 +221,28 @@ def _clear(heard, config, data, low):
     reach = np.where(heard.ranges <= config.range_max_range, heard.ranges, FREE_FAR) - size
     x, y, angle = (np.repeat(column, len(fan)) for column in heard.sensors.T)
     angle, reach = angle + np.tile(fan, len(heard.ranges)), np.repeat(reach, len(fan))
-    dx, dy = np.cos(angle), np.sin(angle)
-    alive = np.arange(len(x))
-    for distance in np.arange(0.0, config.range_max_range, 0.5 * size).tolist():
-        alive = alive[reach[alive] > distance]
-        column = np.floor((x[alive] + distance * dx[alive]) / size).astype(int) - low[0]
-        row = np.floor((y[alive] + distance * dy[alive]) / size).astype(int) - low[1]
-        goes_on = data[row, column] != OCCUPIED
-        alive, row, column = alive[goes_on], row[goes_on], column[goes_on]
-        data[row, column] = FREE
+    rays = np.column_stack((x, y, np.cos(angle), np.sin(angle), reach))
+    _go_through(rays, np.arange(0.0, config.range_max_range, 0.5 * size), (size, *low.tolist()), data)
+
+
+@kernel
+def _go_through(rays, distances, cells, data):
+    """Put FREE into data along rays (n, 5): x, y, direction (x, y) and reach, m. distances: at which is looked; cells:
+    their size, m, and the lowest column and row.
+    """
+    size, low_column, low_row = cells
+    for n in range(len(rays)):
+        x, y, dx, dy, reach = rays[n]
+        for distance in distances:
+            if reach <= distance:
+                break
+            column = int(math.floor((x + distance * dx) / size)) - low_column
+            row = int(math.floor((y + distance * dy) / size)) - low_row
+            if data[row, column] == OCCUPIED:
+                break
+            data[row, column] = FREE
+
+
+def warm() -> None:
+    """Compile, or load from the cache, the kernel for the types it is called with."""
+    _go_through(np.zeros((1, 5)), np.zeros(1), (0.05, 0, 0), np.zeros((1, 1), np.int8))

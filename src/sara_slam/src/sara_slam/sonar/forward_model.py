@@ -24,6 +24,8 @@ GLIMPSES = 1
 """Readings that may have looked through what nobody heard."""
 SIDE = 0.12
 """m from a sensor, or from what it may hear, from which on a wall hides that."""
+SLACK = 1e-6
+"""m that are looked at beyond a cone's ends, which are rounded."""
 INSIDE = 0.02
 """m inside the body's outline, where nothing can stand although poses are a little off."""
 
@@ -65,20 +67,34 @@ def glances(config: SonarConfig, heard: Heard, pieces: np.ndarray) -> Glances:
     """Of pieces (n, 4 or more); a normal of 0, 0 answers all round."""
     half, steepest = 0.5 * config.field_of_view - EDGE, math.cos(config.steepest - EDGE)
     reach = np.minimum(heard.ranges, config.range_max_range) - NEARER
-    return Glances(*_glances(heard.sensors, reach, np.ascontiguousarray(pieces[:, :4]), half, steepest))
+    order = np.argsort(pieces[:, 0], kind='stable')
+    piece, reading = _glances(heard.sensors, reach, np.ascontiguousarray(pieces[order, :4]), half, steepest)
+    return Glances(order[piece], reading)
+
+
+@kernel
+def _within(x, axis, half, reach, sorted_x):
+    """The first number of sorted_x, and that after the last, to which a cone at x reaches, `half` to both sides of an
+    axis, rad.
+    """
+    one, other, widest = math.cos(axis - half), math.cos(axis + half), math.cos(half)
+    low = -1.0 if -math.cos(axis) >= widest else min(0.0, one, other)
+    high = 1.0 if math.cos(axis) >= widest else max(0.0, one, other)
+    return np.searchsorted(sorted_x, x + reach * low - SLACK), np.searchsorted(sorted_x, x + reach * high + SLACK)
 
 
 @kernel
 def _glances(sensors, reach, pieces, half, steepest):
-    """Numbers (k,) of pieces and of readings, in the order of those."""
-    found, count = np.empty((2, 1024), np.int64), 0
+    """Numbers (k,) of pieces, which are in the order of their x, and of readings, in the order of those."""
+    found, count, sorted_x = np.empty((2, 1024), np.int64), 0, pieces[:, 0].copy()
     for reading in range(len(sensors)):
         if reach[reading] <= 0.1:
             continue
         x, y, axis = sensors[reading]
         c, s = math.cos(axis), math.sin(axis)
         most = reach[reading] ** 2
-        for piece in range(len(pieces)):
+        first, last = _within(x, axis, half, reach[reading], sorted_x)
+        for piece in range(first, last):
             px, py, nx, ny = pieces[piece]
             if (px - x) ** 2 + (py - y) ** 2 > most or not (-(nx * c + ny * s) > steepest or nx == ny == 0.0):
                 continue
@@ -156,18 +172,23 @@ def unexplained(config: SonarConfig, heard: Heard, pieces: np.ndarray) -> Heard:
     """The echoes that no piece of a wall accounts for."""
     rest = (heard.ranges >= config.range_min_range) & (heard.ranges <= config.range_max_range)
     half, steepest = 0.5 * config.field_of_view + EDGE, math.cos(config.steepest + EDGE)
-    _explain(heard.sensors, heard.ranges, pieces, half, steepest, rest)
+    order = np.argsort(pieces[:, 0], kind='stable')
+    _explain(heard.sensors, heard.ranges, pieces[order], half, steepest, rest)
     return Heard(heard.sensors[rest], heard.ranges[rest])
 
 
 @kernel
 def _explain(sensors, ranges, pieces, half, steepest, rest):
-    """Put False into rest (n,) where a reading is of a piece."""
+    """Put False into rest (n,) where a reading is of a piece; those are in the order of their x."""
+    sorted_x = pieces[:, 0].copy()
     for reading in range(len(sensors)):
+        if not rest[reading]:
+            continue
         x, y, axis = sensors[reading]
         c, s = math.cos(axis), math.sin(axis)
         nearest, most = max(ranges[reading] - NEARER, 0.0) ** 2, (ranges[reading] + NEARER) ** 2
-        for piece in range(len(pieces) if rest[reading] else 0):
+        first, last = _within(x, axis, half, ranges[reading] + NEARER, sorted_x)
+        for piece in range(first, last):
             px, py, nx, ny = pieces[piece]
             far = (px - x) ** 2 + (py - y) ** 2
             if far <= nearest or far >= most or -(nx * c + ny * s) <= steepest:

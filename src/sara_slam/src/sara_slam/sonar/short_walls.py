@@ -31,16 +31,19 @@ def short_walls(config: SonarConfig, rest: Heard, direction: float) -> tuple[np.
     one wall of the building; others are square to it, or parallel.
     """
     left, lines, spans = np.ones(len(rest.ranges), bool), [], []
-    directions = direction + 0.5 * math.pi * np.arange(4)
+    directions = (direction + 0.5 * math.pi * np.arange(4)).tolist()
+    found = [_best(config, rest, left, theta) for theta in directions]
     while True:
-        found = [_best(config, rest, left, theta) for theta in directions.tolist()]
-        members, theta, rho, along = max(found, key=lambda one: len(one[0]))
+        best = max(range(len(found)), key=lambda number: len(found[number][0]))
+        members, theta, rho, along = found[best]
         if len(members) < VOTES:
             return np.array(lines).reshape(-1, 2), np.array(spans).reshape(-1, 2)
         left[members] = False
         if along[1] - along[0] >= APART:
             lines.append((theta, rho))
             spans.append(along)
+        for number in range(len(found)) if config.field_of_view >= 0.5 * math.pi else (best,):  # else nobody else hears them
+            found[number] = _best(config, rest, left, directions[number])
 
 
 def _best(config, rest, left, theta):
