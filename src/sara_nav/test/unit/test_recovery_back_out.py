@@ -184,6 +184,14 @@ def test_one_that_had_come_backwards_goes_forwards_again():
     assert all(v >= 0.0 for v, _ in robot.commands) and off(robot.pose, robot.came) < 0.05
 
 
+@pytest.mark.parametrize('walls', [(), corridor()])
+def test_where_it_had_changed_between_ahead_and_astern_it_does_so_again(walls):
+    robot = Robot(world(*walls), [(0.4, 0.0, 5.0), (-0.4, 0.0, 1.0)])
+    robot.back_out(BackOutConfig(distance=1.2))
+    assert all(w == 0.0 for _, w in robot.commands) and robot.commands[0][0] >= 0.0
+    assert max(pose.x for pose in robot.poses) < 2.0 and robot.pose.x < 1.2
+
+
 def test_where_its_track_has_a_corner_it_turns_back_in_place():
     robot = Robot(world(), [(0.4, 0.0, 5.0), (0.0, 0.5, 3.0), (0.4, 0.0, 0.5)])
     robot.back_out(BackOutConfig(distance=1.0))

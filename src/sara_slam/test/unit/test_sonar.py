@@ -13,7 +13,7 @@ from sara_slam.sonar import arrow_system, evidence_grid, wall_search
 from sara_slam.sonar.doorways import doorways, in_doorway
 from sara_slam.sonar.drawing import Directions
 from sara_slam.sonar.echo_points import other_points
-from sara_slam.sonar.forward_model import Heard, driven_over, glances, looked_through
+from sara_slam.sonar.forward_model import EDGE, NEARER, Heard, driven_over, glances, looked_through, unexplained
 from sara_slam.sonar.short_walls import short_walls
 from sara_slam.sonar.sonar_config import SonarConfig
 from sara_slam.sonar.sonar_slam import SonarSlam
@@ -335,6 +335,30 @@ def test_nobody_looks_through_a_wall_at_what_is_behind_it():
     beside = wall + (0.0, 1.0, 0.0, 0.0)
     for before, count in ((np.empty((0, 4)), 1), (wall, 0), (beside, 1)):
         assert looked_through(SonarConfig(), heard, piece, looks, before).tolist() == [count]
+
+
+@pytest.mark.parametrize('field_of_view', (0.6, 1.05, 2.0, 4.0))
+def test_what_a_cone_holds_is_found_wherever_it_looks(field_of_view):
+    """Every reading against every piece, as the definitions have it."""
+    rng, config = np.random.default_rng(1), SonarConfig(field_of_view=field_of_view)
+    x, y, axis = rng.uniform(-2.0, 2.0, (2, 300)).tolist() + [rng.uniform(-7.0, 7.0, 300)]
+    sensors, ranges = np.column_stack((x, y, axis)), rng.choice((0.05, 0.6, 1.2, 2.3, math.inf), 300)
+    normals = rng.uniform(-math.pi, math.pi, 200)
+    pieces = np.column_stack((rng.uniform(-2.5, 2.5, (200, 2)), np.cos(normals), np.sin(normals)))
+    pieces[:20, 2:] = 0.0
+    dx, dy = (pieces[:, at] - sensors[:, at : at + 1] for at in (0, 1))
+    far, off = np.hypot(dx, dy), np.abs(wrap(np.arctan2(dy, dx) - sensors[:, 2:]))
+    facing = -(np.cos(sensors[:, 2:]) * pieces[:, 2] + np.sin(sensors[:, 2:]) * pieces[:, 3])
+    half, reach = 0.5 * field_of_view, np.minimum(ranges, config.range_max_range)[:, None] - NEARER
+    steep = (facing > math.cos(config.steepest - EDGE)) | (pieces[:, 2] == 0.0) & (pieces[:, 3] == 0.0)
+    looks = (reach > 0.1) & (far <= reach) & steep & (off < half - EDGE)
+    found = glances(config, Heard(sensors, ranges), pieces)
+    assert sorted(zip(found.reading, found.piece)) == list(zip(*np.nonzero(looks))) and looks.sum() > 30
+    about = np.abs(far - ranges[:, None]) < NEARER
+    of = (about & (facing > math.cos(config.steepest + EDGE)) & (off < half + EDGE)).any(1)
+    used = (ranges >= config.range_min_range) & (ranges <= config.range_max_range)
+    rest = unexplained(config, Heard(sensors, ranges), pieces)
+    assert np.array_equal(rest.sensors, sensors[used & ~of]) and (used & of).sum() > 30
 
 
 def side(x, y=0.0):

@@ -1,7 +1,7 @@
 """Recovery by backing out: slowly back along the way the robot came by, where it fitted before, to plan anew from
 there.
 
-It follows the poses it remembers by pure pursuit (Coulter, 1992), backwards, or forwards where it had come backwards.
+It follows the poses it remembers by pure pursuit (Coulter, 1992), backwards, and forwards where it had come backwards.
 In each cycle the footprint is tried on the local costmap along the arc that it is about to drive.
 """
 
@@ -34,6 +34,8 @@ SLOWEST = 0.01
 """Speed (m/s) below which it stands, and at which the last of a way is driven."""
 TURNED = 0.1
 """A turn in place ends so near (rad) to the track."""
+REVERSED = 0.75 * math.pi
+"""Where the track bends away by more (rad) the robot had changed between ahead and astern, and does so again."""
 NOWHERE = 0.05
 """One that has driven less than this (m) has got nowhere."""
 ALONG, STRAIGHT, AWAY = range(3)
@@ -164,11 +166,16 @@ class BackOutRecovery(Recovery):
                 self._end = 'there is no room to turn'
         bearing = situation.track.bearing(here, LOOKAHEAD)
         if not self._sign:
-            self._sign = 1 if bearing is not None and abs(bearing) < 0.25 * math.pi else -1
+            self._sign = 1 if bearing is not None and abs(bearing) < math.pi - REVERSED else -1
         if bearing is None or self._manner != ALONG:
             curvature = 0.0
         else:
             bearing = bearing if self._sign > 0 else wrap(bearing + math.pi)
+            if abs(bearing) > REVERSED:
+                if self._speed > SLOWEST:
+                    return 0.0, self._curvature, 0.0
+                self._sign, self._speed, self._acceleration = -self._sign, 0.0, 0.0
+                bearing = wrap(bearing + math.pi)
             around = abs(bearing) > (TURNED if self._turning else c.corner_angle)
             self._turning = around and self._turn_is_free(situation, bearing)
             if self._turning and self._speed > SLOWEST:
