@@ -282,7 +282,7 @@ def by_a_door(wide, looked=True):
 def drawn(heard):
     """m along the wall y = 1 of the occupied cells there."""
     poses = np.column_stack((heard.sensors[:, :2], np.zeros(len(heard.ranges))))
-    grid = evidence_grid.draw(SonarConfig(), heard, np.array([[-0.5 * math.pi, -1.0]]), poses)
+    grid, _ = evidence_grid.draw(SonarConfig(), heard, np.array([[-0.5 * math.pi, -1.0]]), poses)
     x, y = grid.geometry.to_world(*np.nonzero(grid.data == OCCUPIED)[::-1])
     return np.sort(x[np.abs(y - 1.0) < 0.15])
 

@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 from sara_common.planar import compose
 from sara_nav.maps.map_io import OCCUPIED
+from sara_slam.sonar.doorways import Doorways
 from sara_slam.sonar.face_search import WITHIN, face, points
 from sara_slam.sonar.sonar_config import SonarConfig
 from sara_slam.sonar.sonar_slam import SonarSlam
@@ -85,6 +86,18 @@ def test_a_known_wall_goes_on_beyond_the_robots_front():
     cells = occupied(slam.walls_ahead())
     assert len(cells) and np.abs(cells[:, 1] - 0.6).max() < 0.06
     assert x + 0.54 + 0.6 < cells[:, 0].max() < x + 0.54 + 1.0 and cells[:, 0].min() > x - 0.6
+
+
+@pytest.mark.parametrize('turned', [0.0, 2.0])
+def test_a_known_wall_goes_on_to_the_next_doorway_of_the_map(turned):
+    slam, x = driven()
+    there = (3.0, -1.0, turned)  # of the filter's frame in the map
+    middle, heading = compose(there, (x + 1.0, 0.6, 0.0))[:2], (math.cos(turned), math.sin(turned))
+    doorways = Doorways(np.array([middle]), np.array([heading]))
+    cells = occupied(slam._ahead.mask(slam.first_guess, there, doorways))
+    along = (cells - compose(there, HOME)[:2]) @ heading
+    assert len(cells) and x + 0.45 < along.max() < x + 0.65
+    assert len(occupied(slam._ahead.mask(slam.first_guess, there))) > len(cells)
 
 
 def test_a_wall_that_something_was_heard_through_ends_there():

@@ -112,8 +112,9 @@ class SonarExploration(Exploration):
             self._drawn, self._drawn_at = heard, now
             snapshot = self.slam.snapshot()
             solved = snapshot.solved()
-            self._take(snapshot.map(solved))
-            self.slam.settle(solved)
+            grid, doorways = snapshot.drawn(solved)
+            self._take(grid)
+            self.slam.settle(solved, doorways)
 
     def explored(self, name: str, say: Callable[[str], None] | None = None) -> SonarExplored:
         """Explore to the end. say: called with each sentence."""

@@ -150,9 +150,9 @@ class SonarNode:
                 return None
             if heard > self.drawn:
                 solved = snapshot.solved()
-                self.grid = snapshot.map(solved)
+                self.grid, doorways = snapshot.drawn(solved)
                 with self.lock:
-                    self.mapper.settle(solved)
+                    self.mapper.settle(solved, doorways)
                 self.drawn = heard
                 self.outputs.map(rospy.Time.now(), self.grid)
                 self.outputs.entropy(entropy)

@@ -15,6 +15,7 @@ from scipy.spatial import cKDTree
 from sara_slam.sonar.forward_model import GLIMPSES, Heard, glances, looked_through
 from sara_slam.sonar.sonar_config import SonarConfig
 
+Pose = tuple[float, float, float]
 WIDE = 0.80
 """m of the middle of a doorway that stay open."""
 NARROWEST, WIDEST = 0.60, 1.30
@@ -37,17 +38,37 @@ class Doorways(NamedTuple):
 
     def ends(self, places: np.ndarray) -> np.ndarray:
         """(k,) whether places (k, 2), m, narrow a doorway."""
+        along, across = self._off(places)
+        return ((along < 0.5 * WIDE) & (along > 0.5 * POST * WIDE) & (across < DEEP)).any(1)
+
+    def hold(self, places: np.ndarray) -> np.ndarray:
+        """(k,) whether places (k, 2), m, lie in what stays open of a doorway."""
+        along, across = self._off(places)
+        return ((along < 0.5 * WIDE) & (across < DEEP)).any(1)
+
+    def seen_from(self, frame: Pose) -> Doorways:
+        """The same in a frame that lies at a pose (x, y, yaw; m, rad)."""
+        c, s = math.cos(frame[2]), math.sin(frame[2])
+        (x, y), (tx, ty) = (self.middles - frame[:2]).T, self.tangents.T
+        return Doorways(
+            np.column_stack((c * x + s * y, c * y - s * x)), np.column_stack((c * tx + s * ty, c * ty - s * tx))
+        )
+
+    def _off(self, places):
+        """(k, n) m each: along the wall and across it from the middles to places (k, 2)."""
         off = places[:, None] - self.middles
         tx, ty = self.tangents.T
-        along, across = np.abs(off[..., 0] * tx + off[..., 1] * ty), np.abs(off[..., 1] * tx - off[..., 0] * ty)
-        return ((along < 0.5 * WIDE) & (along > 0.5 * POST * WIDE) & (across < DEEP)).any(1)
+        return np.abs(off[..., 0] * tx + off[..., 1] * ty), np.abs(off[..., 1] * tx - off[..., 0] * ty)
+
+
+NO_DOORWAYS = Doorways(np.empty((0, 2)), np.empty((0, 2)))
 
 
 def doorways(config: SonarConfig, heard: Heard, walls: Sequence[np.ndarray], spacing: float) -> Doorways:
     """Of walls, each given by its pieces (n, 4), x, y and normal, `spacing` m apart, which hide what is behind them."""
     gaps = [gap for pieces in walls for gap in _gaps(pieces, spacing)]
     if not gaps:
-        return Doorways(np.empty((0, 2)), np.empty((0, 2)))
+        return NO_DOORWAYS
     inside = np.concatenate(gaps)
     through = looked_through(config, heard, inside, glances(config, heard, inside), np.concatenate(walls)) > GLIMPSES
     lengths = [len(gap) for gap in gaps]

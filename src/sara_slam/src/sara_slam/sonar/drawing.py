@@ -8,7 +8,7 @@ import numpy as np
 
 from sara_common.planar import compose, inverse
 from sara_nav.maps.map_io import GridMap
-from sara_slam.sonar.evidence_grid import draw
+from sara_slam.sonar.evidence_grid import Drawn, draw
 from sara_slam.sonar.forward_model import Heard, thinned
 from sara_slam.sonar.sonar_config import SonarConfig
 from sara_slam.sonar.wall_graph import Evidence, Solved, optimise
@@ -71,6 +71,10 @@ class Snapshot(NamedTuple):
         return optimise(self.config, self.first, evidence)
 
     def map(self, solved: Solved | None = None) -> GridMap:
+        """The map alone; see drawn."""
+        return self.drawn(solved).grid
+
+    def drawn(self, solved: Solved | None = None) -> Drawn:
         """The map. solved: what `solved` gave, where that is known. Raises ValueError before the first reading."""
         if not self.kept:
             raise ValueError('there is no map before the first reading of a sensor that has a pose')

@@ -11,6 +11,7 @@ corners and of small things: the points that explain most of them, one after the
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
@@ -18,7 +19,7 @@ from ahead_of_time import kernel
 from sara_common.repeatable import cos_sin
 from sara_nav.grids.grid import GridGeometry
 from sara_nav.maps.map_io import FREE, OCCUPIED, UNKNOWN, GridMap
-from sara_slam.sonar.doorways import doorways, in_doorway, in_order
+from sara_slam.sonar.doorways import Doorways, doorways, in_doorway, in_order
 from sara_slam.sonar.echo_points import other_points
 from sara_slam.sonar.forward_model import (
     GLIMPSES,
@@ -61,14 +62,21 @@ MARGIN = 2.6
 _NOTHING = np.empty((0, 4))
 
 
-def draw(config: SonarConfig, heard: Heard, walls: np.ndarray, poses: np.ndarray) -> GridMap:
+class Drawn(NamedTuple):
+    """A map, and the doorways on it."""
+
+    grid: GridMap
+    doorways: Doorways
+
+
+def draw(config: SonarConfig, heard: Heard, walls: np.ndarray, poses: np.ndarray) -> Drawn:
     """The map. walls (m, 2): theta, rho; short ones are square to the first. poses (k, 3): x, y, yaw of the robot."""
     found = wall_pieces(config, heard, walls)
     pieces, open_ = np.concatenate((_NOTHING, *found)), doorways(config, heard, found[:-1], PIECE)
     pieces = pieces[~(driven_over(config, poses, pieces[:, :2]) | in_doorway(config, poses, pieces))]
     points = other_points(config, heard, pieces, poses)
     pieces, points = pieces[~open_.ends(pieces[:, :2])], points[~open_.ends(points)]
-    return _raster(config, heard, pieces, points, poses[:, :2])
+    return Drawn(_raster(config, heard, pieces, points, poses[:, :2]), open_)
 
 
 def wall_pieces(config: SonarConfig, heard: Heard, walls: np.ndarray) -> list[np.ndarray]:

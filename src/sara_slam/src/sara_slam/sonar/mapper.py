@@ -10,6 +10,7 @@ import numpy as np
 
 from sara_common.planar import compose, inverse, wrap
 from sara_slam.mapping.journal import Journal
+from sara_slam.sonar.doorways import NO_DOORWAYS, Doorways
 from sara_slam.sonar.drawing import Pose, Snapshot
 from sara_slam.sonar.sonar_config import SonarConfig
 from sara_slam.sonar.sonar_slam import WAITING, SonarSlam
@@ -143,6 +144,6 @@ class SonarMapper:
         """What was heard so far, to draw the map of while more is heard."""
         return self.slam.snapshot()
 
-    def settle(self, solved: Solved) -> None:
-        """Go on with the poses that an earlier snapshot was solved to."""
-        self.slam.settle(solved)
+    def settle(self, solved: Solved, doorways: Doorways = NO_DOORWAYS) -> None:
+        """Go on with the poses that an earlier snapshot was solved to; doorways: on the map drawn of it."""
+        self.slam.settle(solved, doorways)

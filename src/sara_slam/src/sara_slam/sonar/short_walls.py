@@ -33,6 +33,7 @@ def short_walls(config: SonarConfig, rest: Heard, direction: float) -> tuple[np.
     left, lines, spans = np.ones(len(rest.ranges), bool), [], []
     directions = (direction + 0.5 * math.pi * np.arange(4)).tolist()
     found = [_best(config, rest, left, theta) for theta in directions]
+    alone = config.field_of_view < 0.5 * math.pi  # each reading is of one direction at most
     while True:
         best = max(range(len(found)), key=lambda number: len(found[number][0]))
         members, theta, rho, along = found[best]
@@ -42,7 +43,7 @@ def short_walls(config: SonarConfig, rest: Heard, direction: float) -> tuple[np.
         if along[1] - along[0] >= APART:
             lines.append((theta, rho))
             spans.append(along)
-        for number in range(len(found)) if config.field_of_view >= 0.5 * math.pi else (best,):  # else nobody else hears them
+        for number in (best,) if alone else range(len(found)):
             found[number] = _best(config, rest, left, directions[number])
 
 

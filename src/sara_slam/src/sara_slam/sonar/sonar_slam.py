@@ -14,6 +14,7 @@ import numpy as np
 from sara_common.planar import between, compose, inverse, is_apart
 from sara_nav.maps.map_io import GridMap
 from sara_slam.sonar import arrow_system, evidence_grid, forward_model, wall_search
+from sara_slam.sonar.doorways import NO_DOORWAYS, Doorways
 from sara_slam.sonar.drawing import Directions, Kept, Pose, Snapshot
 from sara_slam.sonar.sonar_config import SonarConfig
 from sara_slam.sonar.wall_filter import POSE, WallFilter
@@ -59,6 +60,7 @@ class SonarSlam:
         self._at_node: Counter[int] = Counter()  # readings of a sensor since the newest node
         self._used, self._passed = {}, {}
         self._settled: Pose = (0.0, 0.0, 0.0)
+        self._doorways = NO_DOORWAYS
         self._ahead = WallsAhead(config, self.filter)
 
     def on_pose(self, stamp: float, pose: Pose) -> None:
@@ -178,7 +180,7 @@ class SonarSlam:
 
     def walls_ahead(self) -> GridMap:
         """What stands beside the robot, drawn on ahead of where it is heard: a mask in the map's frame."""
-        return self._ahead.mask(self.first_guess, self._settled)
+        return self._ahead.mask(self.first_guess, self._settled, self._doorways)
 
     def snapshot(self) -> Snapshot:
         """What was heard so far, to draw the map of while more is heard."""
@@ -187,9 +189,11 @@ class SonarSlam:
         directions = Directions(state.square.copy(), state.reference, state.believed)
         return Snapshot(self.config, list(self.nodes), list(self.kept), first, directions)
 
-    def settle(self, solved: Solved) -> None:
-        """Go on with the pose that was solved of an earlier snapshot: map_from_odom fits the map drawn of that."""
-        last = len(solved.poses) - 1
+    def settle(self, solved: Solved, doorways: Doorways = NO_DOORWAYS) -> None:
+        """Go on with the pose that was solved of an earlier snapshot: map_from_odom fits the map drawn of that, which
+        has such doorways.
+        """
+        last, self._doorways = len(solved.poses) - 1, doorways
         self._settled = compose(tuple(solved.poses[last].tolist()), inverse(self.first_guess[last]))
 
     def solved(self) -> Solved:

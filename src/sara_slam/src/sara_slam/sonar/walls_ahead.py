@@ -1,7 +1,8 @@
 """What stands beside a robot, drawn on ahead of where its sensors hear it: sensors that face aside do not hear what the
 robot's front comes to, and a map is drawn too seldom to tell in time.
 
-Walls that are known go on as far as no sensor looked through them and the body has not been where they would be. Other
+Walls that are known go on as far as no sensor looked through them, to the next doorway of the map, and as far as the
+body has not been where they would be. Other
 flat things do, too, if the robot comes nearer to them. What is too near to be measured goes on as it did when it was
 measured; where nothing is known of it, it is taken to stand beside the robot, square to the walls.
 """
@@ -17,6 +18,7 @@ import numpy as np
 from sara_common.repeatable import cos_sin
 from sara_nav.grids.grid import GridGeometry
 from sara_nav.maps.map_io import FREE, OCCUPIED, GridMap
+from sara_slam.sonar.doorways import NO_DOORWAYS, Doorways
 from sara_slam.sonar.drawing import Pose
 from sara_slam.sonar.face_search import face, points
 from sara_slam.sonar.forward_model import EDGE
@@ -159,8 +161,8 @@ class WallsAhead:
         yaw = self._filter.pose[2]
         return yaw + 0.25 * float(np.angle(np.exp(4j * (self._filter.walls[:, 0] - yaw)).sum()))
 
-    def _pieces(self, trail):
-        """Points (n, 2) m of each thing beside the robot, STEP apart; trail: where it has been."""
+    def _pieces(self, trail, doorways):
+        """Points (n, 2) m of each thing beside the robot, STEP apart; trail: where it has been; doorways: Doorways."""
         found = []
         for since, wall, mount in self._heard.values():
             theta, rho = self._filter.walls[wall].tolist()
@@ -173,7 +175,7 @@ class WallsAhead:
             c, s = math.cos(theta), math.sin(theta)
             shut = ~np.isin(np.round(places / STEP).astype(int), list(self._open[wall]))
             line = np.column_stack((c * rho - s * places, s * rho + c * places))
-            found.append(line[: int(np.argmin(np.append(shut, False)))])
+            found.append(line[: int(np.argmin(np.append(shut & ~doorways.hold(line), False)))])
         flat = [line for since, line in self._faces if self._now - since <= FACE_KEPT_S]
         flat += [line for since, line in self._too_near.values() if self._now - since <= WALL_KEPT_S]
         found += [self._shut(line) for line in flat]
@@ -202,11 +204,11 @@ class WallsAhead:
         length, width = 0.5 * self._config.body_length, 0.5 * self._config.body_width
         return ((np.abs(c * dx + s * dy) < length) & (np.abs(c * dy - s * dx) < width)).any(1)
 
-    def mask(self, trail: Sequence[Pose], settled: Pose) -> GridMap:
+    def mask(self, trail: Sequence[Pose], settled: Pose, doorways: Doorways = NO_DOORWAYS) -> GridMap:
         """What stands beside the robot at the newest reading, as a map. trail: where it has been; settled: the frame of
-        the filter in the map's.
+        the filter in the map's; doorways: on the map.
         """
-        places = np.vstack((*self._pieces(trail), np.empty((0, 2))))
+        places = np.vstack((*self._pieces(trail, doorways.seen_from(settled)), np.empty((0, 2))))
         c, s = math.cos(settled[2]), math.sin(settled[2])
         resolution = self._config.resolution
         cells = np.floor((settled[:2] + places @ np.array(((c, s), (-s, c)))) / resolution).astype(int)
