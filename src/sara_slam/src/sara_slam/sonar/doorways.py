@@ -18,6 +18,10 @@ from sara_slam.sonar.sonar_config import SonarConfig
 Pose = tuple[float, float, float]
 WIDE = 0.80
 """m of the middle of a doorway that stay open."""
+WAY = 0.74
+"""m of the middle of a doorway that its way through takes: a robot that is a few cm off is to go straight and in the
+middle.
+"""
 NARROWEST, WIDEST = 0.60, 1.30
 """m between the ends of two pieces of a wall that are heard of what is taken for a doorway."""
 DEEP = 0.12
@@ -42,9 +46,9 @@ class Doorways(NamedTuple):
         return ((along < 0.5 * WIDE) & (along > 0.5 * POST * WIDE) & (across < DEEP)).any(1)
 
     def hold(self, places: np.ndarray) -> np.ndarray:
-        """(k,) whether places (k, 2), m, lie in what stays open of a doorway."""
+        """(k,) whether places (k, 2), m, are in the way through a doorway."""
         along, across = self._off(places)
-        return ((along < 0.5 * WIDE) & (across < DEEP)).any(1)
+        return ((along < 0.5 * WAY) & (across < DEEP)).any(1)
 
     def seen_from(self, frame: Pose) -> Doorways:
         """The same in a frame that lies at a pose (x, y, yaw; m, rad)."""
