@@ -52,7 +52,9 @@ unknown is shown.
 TURNS_BACK = 0.01
 """m that the robot must have come back until it counts as driving the other way: less is rounding, or a tremble."""
 TOGETHER, APART, RECENT, FACES = 0.4, 0.02, 30, 8
-"""m of way, and readings, in which a flat thing is looked for; m between two of a sensor; how many things are kept."""
+"""m of way in which a flat thing is looked for; m between two readings of a sensor that are kept for that; how many
+readings, and flat things, are kept.
+"""
 
 WALLS_S = 0.2
 """s between two masks."""
