@@ -367,7 +367,8 @@ def test_it_turns_home_when_the_way_takes_the_time_that_is_left(x, way):
 
 def test_where_no_way_home_is_known_it_is_at_least_as_long_as_the_distance(monkeypatch):
     monkeypatch.setattr(Surroundings, 'way_to', lambda *_: math.inf)
-    assert 98.0 <= turns_home(7.0, {'return_by': 200.0})[0] <= 110.0
+    due = 200.0 - limits.SPARE_S - 6.0 / limits.PACE
+    assert due - 2.0 <= turns_home(7.0, {'return_by': 200.0})[0] <= due + limits.LOOK_S
 
 
 def test_of_two_limits_the_earlier_one_holds():
