@@ -10,7 +10,7 @@ from sonar_world import DEPTH, DOOR, MIDDLE, MOUNTS, THICK, WIDTH
 from sara_common.planar import compose, inverse, wrap
 from sara_nav.maps.map_io import FREE, OCCUPIED
 from sara_slam.sonar import arrow_system, evidence_grid, wall_search
-from sara_slam.sonar.doorways import doorways, in_doorway
+from sara_slam.sonar.doorways import Doorways, doorways, in_doorway
 from sara_slam.sonar.drawing import Directions
 from sara_slam.sonar.echo_points import other_points
 from sara_slam.sonar.forward_model import EDGE, NEARER, Heard, driven_over, glances, looked_through, unexplained
@@ -311,6 +311,14 @@ def test_ends_narrow_a_doorway_and_a_post_in_its_middle_does_not():
 def test_without_walls_there_are_no_doorways(walls):
     doors = doorways(SonarConfig(), by_a_door(0.7), walls, 0.05)
     assert not len(doors.middles) and doors.ends(np.zeros((2, 2))).tolist() == [False, False]
+
+
+@pytest.mark.parametrize(('body_width', 'way'), ((0.58, 0.74), (0.3, 0.46), (0.75, 0.8), (0.0, 0.8)))
+def test_the_way_through_a_doorway_is_as_wide_as_the_body_needs(body_width, way):
+    doors = Doorways(np.array([[2.0, 1.0]]), np.array([[0.0, 1.0]]))
+    along = np.arange(-0.5, 0.5, 0.01)
+    held = doors.hold(np.column_stack((np.full(100, 2.05), 1.0 + along)), body_width)
+    assert abs(held.sum() * 0.01 - way) < 0.02 and not doors.hold(np.array([[2.2, 1.0]]), body_width).any()
 
 
 def test_a_piece_that_is_looked_through_is_not_there():

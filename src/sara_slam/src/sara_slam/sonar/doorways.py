@@ -18,8 +18,8 @@ from sara_slam.sonar.sonar_config import SonarConfig
 Pose = tuple[float, float, float]
 WIDE = 0.80
 """m of the middle of a doorway that stay open."""
-WAY = 0.74
-"""m of the middle of a doorway that its way through takes: a robot that is a few cm off is to go straight and in the
+ROOM = 0.08
+"""m beside the body that the way through a doorway takes: a robot that is a few cm off is to go straight and in the
 middle.
 """
 NARROWEST, WIDEST = 0.60, 1.30
@@ -45,10 +45,11 @@ class Doorways(NamedTuple):
         along, across = self._off(places)
         return ((along < 0.5 * WIDE) & (along > 0.5 * POST * WIDE) & (across < DEEP)).any(1)
 
-    def hold(self, places: np.ndarray) -> np.ndarray:
-        """(k,) whether places (k, 2), m, are in the way through a doorway."""
+    def hold(self, places: np.ndarray, body_width: float = 0.0) -> np.ndarray:
+        """(k,) whether places (k, 2), m, are in the way through a doorway of a body so wide, m; 0: not known."""
         along, across = self._off(places)
-        return ((along < 0.5 * WAY) & (across < DEEP)).any(1)
+        way = min(body_width + 2.0 * ROOM, WIDE) if body_width else WIDE
+        return ((along < 0.5 * way) & (across < DEEP)).any(1)
 
     def seen_from(self, frame: Pose) -> Doorways:
         """The same in a frame that lies at a pose (x, y, yaw; m, rad)."""

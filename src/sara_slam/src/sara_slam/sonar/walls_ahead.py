@@ -177,7 +177,8 @@ class WallsAhead:
             c, s = math.cos(theta), math.sin(theta)
             shut = ~np.isin(np.round(places / STEP).astype(int), list(self._open[wall]))
             line = np.column_stack((c * rho - s * places, s * rho + c * places))
-            found.append(line[: int(np.argmin(np.append(shut & ~doorways.hold(line), False)))])
+            shut &= ~doorways.hold(line, self._config.body_width)
+            found.append(line[: int(np.argmin(np.append(shut, False)))])
         flat = [line for since, line in self._faces if self._now - since <= FACE_KEPT_S]
         flat += [line for since, line in self._too_near.values() if self._now - since <= WALL_KEPT_S]
         found += [self._shut(line) for line in flat]
