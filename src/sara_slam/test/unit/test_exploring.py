@@ -357,18 +357,22 @@ def turns_home(x, params):
     return now, said
 
 
+def is_due(now, way):
+    """Whether now is when one with a way of so many m turns home that is to be back by 200 s."""
+    due = 200.0 - limits.SPARE_S - way / limits.PACE
+    return due - 2.0 <= now <= due + limits.LOOK_S
+
+
 @pytest.mark.parametrize(('x', 'way'), [(1.0, 0.0), (4.0, 3.0), (7.0, 6.0)])
 def test_it_turns_home_when_the_way_takes_the_time_that_is_left(x, way):
     now, said = turns_home(x, {'return_by': 200.0})
-    due = 200.0 - limits.SPARE_S - way / limits.PACE
-    assert due - 2.0 <= now <= due + limits.LOOK_S
+    assert is_due(now, way)
     assert any('what is left of 200 s (return_by)' in line for line in said)
 
 
 def test_where_no_way_home_is_known_it_is_at_least_as_long_as_the_distance(monkeypatch):
     monkeypatch.setattr(Surroundings, 'way_to', lambda *_: math.inf)
-    due = 200.0 - limits.SPARE_S - 6.0 / limits.PACE
-    assert due - 2.0 <= turns_home(7.0, {'return_by': 200.0})[0] <= due + limits.LOOK_S
+    assert is_due(turns_home(7.0, {'return_by': 200.0})[0], 6.0)
 
 
 def test_of_two_limits_the_earlier_one_holds():

@@ -93,11 +93,17 @@ def test_a_known_wall_goes_on_to_the_next_doorway_of_the_map(turned):
     slam, x = driven()
     there = (3.0, -1.0, turned)  # of the filter's frame in the map
     middle, heading = compose(there, (x + 1.0, 0.6, 0.0))[:2], (math.cos(turned), math.sin(turned))
-    doorways = Doorways(np.array([middle]), np.array([heading]))
+    doorways = Doorways(np.array([middle]), np.array([heading])).seen_from(there)
     cells = occupied(slam._ahead.mask(slam.first_guess, there, doorways))
     along = (cells - compose(there, HOME)[:2]) @ heading
     assert len(cells) and x + 0.45 < along.max() < x + 0.65
     assert len(occupied(slam._ahead.mask(slam.first_guess, there))) > len(cells)
+
+
+def test_the_doorways_of_a_map_count_once_it_is_settled_to():
+    slam, x = driven()
+    slam.settle(slam.solved(), Doorways(np.array([(x + 1.0, 0.6)]), np.array([(1.0, 0.0)])))
+    assert x + 0.45 < occupied(slam.walls_ahead())[:, 0].max() < x + 0.65
 
 
 def test_a_wall_that_something_was_heard_through_ends_there():

@@ -33,14 +33,14 @@ def face(readings: np.ndarray, yaw: float, toward: float) -> Face | None:
     """Of readings (n, 4), the newest last: x, y and axis of the sensor (m, rad), m. yaw: of the robot, which drives
     ahead (toward 1.0) or astern (-1.0).
     """
+    if len(readings) < LEAST:
+        return None
     x, y, axis, _ = readings[-1]
     way = math.copysign(1.0, toward * math.sin(yaw - axis))
     c, s = math.cos(axis), math.sin(axis)
     dx, dy, ranges = readings[:, 0] - x, readings[:, 1] - y, readings[:, 3]
     ahead, aside = way * (c * dy - s * dx), c * dx + s * dy
-    if len(readings) < LEAST:
-        return None
-    normal, away = 0.5 * math.pi, 0.0  # of the line, cos(normal) ahead + sin(normal) aside = away
+    normal = 0.5 * math.pi  # of the line, cos(normal) ahead + sin(normal) aside = away
     for _ in range(ITERATIONS):
         c, s = math.cos(normal), math.sin(normal)
         touched, along = ranges + c * ahead + s * aside, c * aside - s * ahead

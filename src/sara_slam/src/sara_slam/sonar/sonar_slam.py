@@ -60,7 +60,7 @@ class SonarSlam:
         self._at_node: Counter[int] = Counter()  # readings of a sensor since the newest node
         self._used, self._passed = {}, {}
         self._settled: Pose = (0.0, 0.0, 0.0)
-        self._doorways = NO_DOORWAYS
+        self._doorways = NO_DOORWAYS  # in the filter's frame
         self._ahead = WallsAhead(config, self.filter)
 
     def on_pose(self, stamp: float, pose: Pose) -> None:
@@ -193,8 +193,9 @@ class SonarSlam:
         """Go on with the pose that was solved of an earlier snapshot: map_from_odom fits the map drawn of that, which
         has such doorways.
         """
-        last, self._doorways = len(solved.poses) - 1, doorways
+        last = len(solved.poses) - 1
         self._settled = compose(tuple(solved.poses[last].tolist()), inverse(self.first_guess[last]))
+        self._doorways = doorways.seen_from(self._settled)
 
     def solved(self) -> Solved:
         """See Snapshot."""

@@ -209,9 +209,9 @@ class WallsAhead:
 
     def mask(self, trail: Sequence[Pose], settled: Pose, doorways: Doorways = NO_DOORWAYS) -> GridMap:
         """What stands beside the robot at the newest reading, as a map. trail: where it has been; settled: the frame of
-        the filter in the map's; doorways: on the map.
+        the filter in the map's; doorways: the map's, in the frame of the filter.
         """
-        places = np.vstack((*self._pieces(trail, doorways.seen_from(settled)), np.empty((0, 2))))
+        places = np.vstack((*self._pieces(trail, doorways), np.empty((0, 2))))
         c, s = math.cos(settled[2]), math.sin(settled[2])
         resolution = self._config.resolution
         cells = np.floor((settled[:2] + places @ np.array(((c, s), (-s, c)))) / resolution).astype(int)
