@@ -8,6 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from sara_common.platforms import load, parameters
+from sara_control.zones.tangents import Line, tangent
 from sara_control.zones.walls_beside import LONGEST, SPAN, Reading, WallsBeside, fitted
 from sara_control.zones.zone_config import ZoneConfig
 from sara_control.zones.zone_places import Body
@@ -75,6 +76,15 @@ def contacts(platform, drives=60):
             speed, slant = -0.5 * speed, -slant
         met += drive(platform, speed, (side, half_width + gap, slant), seed)[0] <= 0.0
     return met
+
+
+@pytest.mark.parametrize('normal', (-3.0, 0.4, 1.5))
+def test_a_line_is_told_by_the_circles_that_it_touches_and_by_no_other_places(normal):
+    line = Line(normal, 2.0)
+    places = [(0.1 * k, 0.3 - 0.05 * k * k) for k in range(5)]
+    found = tangent([(x, y, line.distance(x, y)) for x, y in places], normal + 0.2)
+    assert math.dist(found.line, line) < 1e-6 and max(map(abs, found.off)) < 1e-3
+    assert tangent([(0.1, 0.2, 1.0)] * 4, normal) is None
 
 
 @pytest.mark.parametrize('platform', ('sara', 'kate'))

@@ -19,6 +19,7 @@ from typing import NamedTuple
 
 from sara_common.planar import advanced, compose, wrap
 from sara_control.zones.lost_echoes import DISORDER, LONGEST_GAP, MOVING, NEAREST
+from sara_control.zones.tangents import Line, tangent
 from sara_control.zones.zone_config import RangeSensor
 from sara_control.zones.zone_places import Body
 
@@ -34,7 +35,6 @@ REACH, STEP = 0.7, 0.1  # m beyond the edge that leads; between two places of a 
 MARGIN = 0.03  # m by which a wall may be nearer than the line found
 PLACES = round(REACH / STEP)  # of a wall
 TURNING = 0.5  # 1/m: a curve towards the wall that is tighter than this turns towards it
-ITERATIONS = 4  # of the fit, which converges by the square
 
 
 class Reading(NamedTuple):
@@ -47,39 +47,19 @@ class Reading(NamedTuple):
     driven: float
 
 
-class Wall(NamedTuple):
-    """The line cos(normal) x + sin(normal) y = away in the frame of the way; normal, rad: towards the wall."""
-
-    normal: float
-    away: float
-
-    def distance(self, x: float, y: float) -> float:
-        """m from a place to the wall."""
-        return self.away - math.cos(self.normal) * x - math.sin(self.normal) * y
-
-
-def fitted(readings: list[Reading], half_angle: float) -> Wall | None:
+def fitted(readings: list[Reading], half_angle: float) -> Line | None:
     """The wall that readings of one sensor tell of; None where they do not: too few, or not of one flat thing in the
     cone (half_angle, rad).
     """
     if len(readings) < LEAST or readings[-1].driven - readings[0].driven < SPAN:
         return None
-    n = len(readings)
-    x, y, r = (sum(reading[k] for reading in readings) / n for k in (0, 1, 3))
-    normal = readings[-1].axis
-    for _ in range(ITERATIONS):
-        c, s = math.cos(normal), math.sin(normal)
-        off = [(r - q.range) + c * (x - q.x) + s * (y - q.y) for q in readings]
-        slopes = [c * (y - q.y) - s * (x - q.x) for q in readings]
-        weight = sum(slope * slope for slope in slopes)
-        if weight == 0.0:
-            return None
-        normal -= sum(a * b for a, b in zip(off, slopes)) / weight
-    if math.sqrt(sum(e * e for e in off) / n) > STRAIGHT:
+    found = tangent([(q.x, q.y, q.range) for q in readings], readings[-1].axis)
+    if found is None or math.sqrt(sum(e * e for e in found.off) / len(readings)) > STRAIGHT:
         return None
-    if any(abs(wrap(normal - q.axis)) > half_angle + BORDER for q in (readings[0], readings[-1])):
+    wall = found.line
+    if any(abs(wrap(wall.normal - q.axis)) > half_angle + BORDER for q in (readings[0], readings[-1])):
         return None
-    return Wall(normal, r + math.cos(normal) * x + math.sin(normal) * y)
+    return wall
 
 
 class WallsBeside:
@@ -101,7 +81,7 @@ class WallsBeside:
         leading = [max(of, key=lambda s: self._sense * s.x) for of in sides if of]
         self._sensors = {sensor.name: sensor for sensor in leading}
         self._readings: dict[str, deque[Reading]] = {name: deque() for name in self._sensors}
-        self._walls: dict[str, Wall] = {}
+        self._walls: dict[str, Line] = {}
         self._misses = dict.fromkeys(self._sensors, 0)
 
     def on_range(self, name: str, distance: float, stamp: float, v: float, w: float) -> bool:

@@ -7,12 +7,12 @@ from typing import NamedTuple
 
 import numpy as np
 
+from sara_control.zones.tangents import tangent
+
 LEAST, SHORTEST = 3, 0.12
 """Readings, and m along it that their sensors must be apart."""
 WITHIN = 0.025
 """m that readings may be off the line."""
-ITERATIONS, TINY = 5, 1e-6
-"""Of the fit, which converges by the square; m2 by which readings differ along the line if they tell its angle."""
 STEEPEST, FLATTEST = 0.6, 0.05
 """m that it comes nearer by a metre of way: more is heard ahead, less is beside."""
 
@@ -35,24 +35,19 @@ def face(readings: np.ndarray, yaw: float, toward: float) -> Face | None:
     """
     if len(readings) < LEAST:
         return None
-    x, y, axis, _ = readings[-1]
-    way = math.copysign(1.0, toward * math.sin(yaw - axis))
-    c, s = math.cos(axis), math.sin(axis)
-    dx, dy, ranges = readings[:, 0] - x, readings[:, 1] - y, readings[:, 3]
-    ahead, aside = way * (c * dy - s * dx), c * dx + s * dy
-    normal = 0.5 * math.pi  # of the line, cos(normal) ahead + sin(normal) aside = away
-    for _ in range(ITERATIONS):
-        c, s = math.cos(normal), math.sin(normal)
-        touched, along = ranges + c * ahead + s * aside, c * aside - s * ahead
-        spread, away = along - along.mean(), float(touched.mean())
-        weight = float((spread * spread).sum())
-        if weight < TINY:
-            return None
-        normal -= float((touched * spread).sum()) / weight
-    slope = math.inf if s <= 0.0 else c / s
-    if np.ptp(along) < SHORTEST or np.abs(touched - away).max() > WITHIN or not FLATTEST <= slope <= STEEPEST:
+    x, y, axis, _ = readings[-1].tolist()
+    found = tangent(readings[:, [0, 1, 3]].tolist(), axis)
+    if found is None or max(map(abs, found.off)) > WITHIN:
         return None
-    return Face(way, away / s, slope, c * away)
+    line, way = found.line, math.copysign(1.0, toward * math.sin(yaw - axis))
+    c, s = math.cos(line.normal), math.sin(line.normal)
+    if np.ptp(c * readings[:, 1] - s * readings[:, 0]) < SHORTEST:
+        return None
+    nearer, square = way * math.sin(line.normal - axis), math.cos(line.normal - axis)
+    slope, away = nearer / square if square > 0.0 else math.inf, line.distance(x, y)
+    if not FLATTEST <= slope <= STEEPEST:
+        return None
+    return Face(way, away / square, slope, nearer * away)
 
 
 def points(found: Face, sensor: tuple[float, float, float], spacing: float, end: float) -> np.ndarray:
