@@ -1,5 +1,7 @@
 """All poses of a drive and all walls at once, as the odometry and the readings agree best on them: least squares by
-Gauss and Newton, with Cauchy's weights for readings that were taken for a wall's and are not.
+Gauss and Newton, with Geman and McClure's weights for readings that were taken for a wall's and are not: many are of
+its end, and longer than the way to its line. What counts as an outlier narrows from step to step (graduated
+non-convexity: H. Yang, P. Antonante, V. Tzoumas, L. Carlone, 2020).
 """
 
 from __future__ import annotations
@@ -17,7 +19,14 @@ from sara_slam.sonar.wall_filter import square_off
 
 BAND = 6
 """Unknowns of two poses that follow each other."""
-ITERATIONS = 8
+ITERATIONS = 12
+SHARED = 2.5
+"""Times range_sigma_hit: what a reading is off. Those that come one after the other share their errors.
+"""
+WIDEST, NARROWEST, NARROWER = 4.0, 0.75, 0.6
+"""Times range_sigma_hit: by how much readings may be off at the first step and at the last ones until they count half
+as much (a quarter in the squares), and how it narrows from step to step.
+"""
 LITTLE = 0.05
 """rad, m: standard deviation with which a wall stays where a step finds it, for walls that little was seen of."""
 DONE = 1e-4
@@ -52,17 +61,18 @@ class Solved(NamedTuple):
 def optimise(config: SonarConfig, first: Solved, evidence: Evidence) -> Solved:
     """What agrees best, from first guesses on. The first pose stays."""
     poses, walls, scales = (values.copy() for values in first)
-    for _ in range(ITERATIONS):
+    for iteration in range(ITERATIONS):
+        width = max(WIDEST * NARROWER**iteration, NARROWEST)
         size = 3 * len(poses) + 2 * len(walls) + 2
         system = _System()
         _odometry(system, config, poses, scales, evidence.relations, size)
-        _readings(system, config, poses, walls, evidence)
+        _readings(system, config, (poses, walls), evidence, width * config.range_sigma_hit)
         _priors(system, config, (poses, walls, scales), evidence)
         step = system.solve(size, 3 * len(poses))
         poses += step[: 3 * len(poses)].reshape(-1, 3)
         walls += step[3 * len(poses) : size - 2].reshape(-1, 2)
         scales += step[size - 2 :]
-        if np.abs(step).max() < DONE:
+        if np.abs(step).max() < DONE and width == NARROWEST:
             break
     poses[:, 2] = wrap(poses[:, 2])
     return Solved(poses, walls, scales)
@@ -124,9 +134,10 @@ def _odometry(system, config, poses, scales, relations, size):
     )
 
 
-def _readings(system, config, poses, walls, evidence):
+def _readings(system, config, unknowns, evidence, width):
     if not len(evidence.ranges):
         return
+    poses, walls = unknowns
     at = poses[evidence.node]
     c, s = cos_sin(at[:, 2])
     mx, my = evidence.sensors.T
@@ -135,7 +146,7 @@ def _readings(system, config, poses, walls, evidence):
     theta, rho = walls[evidence.wall].T
     nx, ny = cos_sin(theta)
     residuals = nx * x + ny * y - rho - evidence.ranges
-    weights = 1.0 / (config.range_sigma_hit * np.sqrt(1.0 + (residuals / (2.0 * config.range_sigma_hit)) ** 2))
+    weights = 1.0 / (SHARED * config.range_sigma_hit * (1.0 + (residuals / width) ** 2))
     first, line = 3 * evidence.node, 3 * len(poses) + 2 * evidence.wall
     system.add(
         np.stack((first, first + 1, first + 2, line, line + 1), 1),
