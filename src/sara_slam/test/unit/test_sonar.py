@@ -181,6 +181,15 @@ def test_a_reading_makes_the_pose_more_certain_and_the_covariance_stays_one():
     assert np.linalg.eigvalsh(known.P).min() > -1e-12
 
 
+@pytest.mark.parametrize('off, wall', [(-0.1, -1), (-0.03, 0), (0.0, 0), (0.03, 0), (0.1, -1)])
+def test_what_stands_a_little_before_a_known_wall_is_not_that_wall(off, wall):
+    """Each time it was taken for the wall it would turn the robot a little more."""
+    known, mount = a_filter(), MOUNTS['left_front']
+    x, y, axis = known.sensor(mount)
+    away = float(foot(known.walls, x, y, axis)[0][0])
+    assert known.matched(mount, away + off) == wall
+
+
 def test_a_wall_found_again_is_the_one_that_is_known():
     known = a_filter()
     assert known.add((math.radians(-80.5), -0.92), np.diag([1e-4, 1e-4]), (-0.3, 0.8)) == 0

@@ -26,6 +26,10 @@ POSE = 5
 """Of the state: x, y, yaw, scale of turns, scale of ways (relative errors)."""
 TIGHT = 0.08
 """m that a reading may be off a wall where that wall has not been seen before."""
+ALONE = 0.5
+"""Times range_sigma_hit: what one reading is off its wall, by which it is told from one of something else. The estimate
+trusts it less, for readings that come one after the other share their errors.
+"""
 BEYOND, FARTHEST = 0.3, 1.5
 """m beyond what was seen of a wall up to which a reading counts as of it, and up to which it does if tight."""
 SLANTING = 1.2
@@ -111,7 +115,7 @@ class WallFilter:
         best, least = -1, self.config.gate**2
         for wall in np.flatnonzero(fits).tolist():
             at, H = self._jacobian(mount, wall)
-            S = H @ times(self.P[np.ix_(at, at)], H) + self.config.range_sigma_hit**2
+            S = H @ times(self.P[np.ix_(at, at)], H) + (ALONE * self.config.range_sigma_hit) ** 2
             if off[wall] ** 2 / S < least:
                 best, least = wall, off[wall] ** 2 / S
         return best
