@@ -12,6 +12,7 @@ import rospy
 import rostest
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import PoseStamped, Twist
+from map_msgs.msg import OccupancyGridUpdate
 from nav_msgs.msg import OccupancyGrid, Odometry
 from sensor_msgs.msg import Range
 from std_msgs.msg import Bool, String
@@ -92,6 +93,28 @@ class ExploreTest(unittest.TestCase):
             return any('move_base is not there' in line for line in said)
 
         self.until(heard, 'no reading is used')
+        self.hears_the_costmap()
+
+    def hears_the_costmap(self):
+        """What move_base plans by, and its updates; faulty ones are counted."""
+        whole = rospy.Publisher('nobody/global_costmap/costmap', OccupancyGrid, queue_size=1, latch=True)
+        updates = rospy.Publisher(
+            'nobody/global_costmap/costmap_updates', OccupancyGridUpdate, queue_size=1, latch=True
+        )
+
+        def obstacles():
+            values = self.heard['explore_by_ranges: explore'].values
+            return {value.key: value.value for value in values}['obstacles']
+
+        self.until(lambda: obstacles() == 'no costmap', 'a costmap comes from nowhere')
+        whole.publish(world())
+        self.until(lambda: obstacles() == '432 cells', 'the costmap is not used')
+        updates.publish(OccupancyGridUpdate(x=30, y=30, width=2, height=1, data=[100, 100]))
+        self.until(lambda: obstacles() == '434 cells', 'the update is not used')
+        updates.publish(OccupancyGridUpdate(x=119, y=30, width=2, height=1, data=[100, 100]))
+        count = lambda: {v.key: v.value for v in self.heard['explore_by_ranges: explore'].values}['bad_maps']
+        self.until(lambda: count() == '1', 'a faulty update is not counted')
+        self.assertEqual(obstacles(), '434 cells')
 
     def pauses(self):
         self.resume.publish(Bool(False))

@@ -10,6 +10,7 @@ from test_exploring import FOOTPRINT, START, House, costmap, hall
 from sara_common.config import ConfigError
 from sara_common.planar import Pose2D
 from sara_nav.costmaps.costmap import Costmap
+from sara_nav.grids.collision import LocalWorld
 from sara_nav.grids.grid import FREE, LETHAL, UNKNOWN, Grid, GridGeometry
 from sara_nav.lattice.config import LatticePlannerConfig
 from sara_nav.lattice.planner import LatticePlanner
@@ -26,6 +27,7 @@ from sara_slam.exploring.cones import (
 )
 from sara_slam.exploring.explore_config import ExploreConfig
 from sara_slam.exploring.explorer import Drive, Explorer, State
+from sara_slam.exploring.ground import with_obstacles
 from sara_slam.exploring.survey import AGAIN, Survey
 
 CONE = math.radians(60.0)
@@ -203,6 +205,39 @@ def test_a_place_that_no_plan_leads_to_or_that_was_tried_is_not_told_again():
     second = found.choose(planner(), FOOTPRINT, START, False)
     turn = abs(math.remainder(second.pose.yaw - first.pose.yaw, 2.0 * math.pi))
     assert second.pose.distance(first.pose) >= 0.3 or turn >= 0.4
+
+
+def barred(ground, place):
+    """What move_base goes by: on a larger grid, with an obstacle of 0.2 m about a place (x, y)."""
+    rows, columns = ground.costs.shape
+    costs = np.full((rows + 20, columns + 30), FREE, np.uint8)
+    costs[10 : 10 + rows, 20 : 20 + columns] = ground.costs
+    column, row = round(place[0] / CELL) + 20, round(place[1] / CELL) + 10
+    costs[row - 2 : row + 2, column - 2 : column + 2] = LETHAL
+    return Costmap(costs, GridGeometry(columns + 30, rows + 20, CELL, -20 * CELL, -10 * CELL))
+
+
+def test_it_drives_to_where_move_base_knows_of_no_obstacle_and_leaves_for_elsewhere_if_one_appears_there():
+    found = survey()
+    found.on_costmap(hall(), [])
+    first = found.choose(planner(), FOOTPRINT, START, False)
+    found.on_obstacles(barred(hall(), (5.5, 3.5)))
+    assert found.choose(planner(), FOOTPRINT, START, False).pose == first.pose and found.stays(first)
+    there = barred(hall(), first.pose[:2])
+    found.on_obstacles(there)
+    assert not found.stays(first)
+    second = found.choose(planner(), FOOTPRINT, START, False)
+    assert second.pose != first.pose and found.stays(second)
+    assert not LocalWorld(there, FOOTPRINT, False).collides(second.pose)
+
+
+def test_obstacles_of_a_costmap_elsewhere_are_laid_on_the_ground_where_they_are():
+    ground = hall()
+    laid = with_obstacles(ground, barred(ground, (2.0, 1.0))).costs
+    assert np.array_equal(np.argwhere(laid != ground.costs), [(r, c) for r in range(18, 22) for c in range(38, 42)])
+    assert (laid[18:22, 38:42] == LETHAL).all()
+    far = Costmap(np.full((3, 3), LETHAL, np.uint8), GridGeometry(3, 3, CELL, 50.0, 50.0))
+    assert np.array_equal(with_obstacles(ground, far).costs, ground.costs)
 
 
 class Sonars(House):

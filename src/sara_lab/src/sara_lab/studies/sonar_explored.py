@@ -89,7 +89,7 @@ class SonarExploration(Exploration):
         return SonarMapping(Ear(reckoned, self.lockstep.chair), SonarSlam(SonarConfig.of()))
 
     def _chooser(self, config):
-        survey = Survey(config.range_reach, self.lockstep.move_base.global_costmap.free_margin)
+        self.survey = survey = Survey(config.range_reach, self.lockstep.move_base.global_costmap.free_margin)
         for name, mount in mountings(chosen()).items():
             if name != 'scan':
                 survey.add_sensor(mount, FIELD_OF_VIEW)
@@ -105,6 +105,10 @@ class SonarExploration(Exploration):
             machine = self.lockstep.move_base
             for costmap in (machine.global_costmap, machine.local_costmap):
                 costmap.keepout_layers['walls'].set_mask(self._walls)
+
+    def _explore(self):
+        self.survey.on_obstacles(self.lockstep.move_base.global_costmap.costmap)
+        super()._explore()
 
     def _draw(self):
         now, heard = self.lockstep.time, len(self.slam.kept)

@@ -21,6 +21,18 @@ def ground_of(grid: GridMap) -> Costmap:
     return Costmap(_COSTS[grid.data.view(np.uint8)], grid.geometry)
 
 
+def with_obstacles(ground: Costmap, other: Costmap) -> Costmap:
+    """The ground with the obstacles of another Costmap, which may lie elsewhere."""
+    g, its = ground.geometry, other.geometry
+    x, y = g.to_world(np.arange(g.width), np.arange(g.height))
+    columns, rows = (
+        np.floor((at - origin) / its.resolution).astype(int) for at, origin in ((x, its.origin_x), (y, its.origin_y))
+    )
+    inside = ((rows >= 0) & (rows < its.height))[:, None] & ((columns >= 0) & (columns < its.width))
+    obstacles = (other.costs == LETHAL)[rows.clip(0, its.height - 1)][:, columns.clip(0, its.width - 1)]
+    return Costmap(np.where(inside & obstacles, np.uint8(LETHAL), ground.costs), g)
+
+
 def updated(ground: Costmap, x: int, y: int, data: np.ndarray) -> Costmap:
     """The Costmap with occupancy values `data` int8 (rows, columns) from the cell (x, y) on. Raises MapError where that
     reaches off it.

@@ -16,6 +16,7 @@ from scipy.ndimage import binary_dilation, distance_transform_edt, gaussian_filt
 
 from sara_common.planar import Pose2D, is_apart, wrap
 from sara_nav.costmaps.costmap import Costmap, freed
+from sara_nav.grids.collision import LocalWorld
 from sara_nav.grids.grid import FREE, INSCRIBED, UNKNOWN
 from sara_nav.planners.planning import PlanError
 from sara_slam.exploring.choice import Choice, Planner
@@ -32,6 +33,7 @@ from sara_slam.exploring.cones import (
     warm,
 )
 from sara_slam.exploring.frontiers import Frontier, cells_of
+from sara_slam.exploring.ground import with_obstacles
 from sara_slam.exploring.viewpoints import Surroundings
 
 EVERY, HEADINGS = 4, 16
@@ -86,6 +88,8 @@ class Survey:
         self._rounds = ROUNDS
         self._last: Pose2D | None = None
         self.ground: Costmap | None = None
+        self._obstacles: Costmap | None = None
+        self._footprint = np.empty((0, 2))
         self._faced, self._corner = np.zeros((1, 1), np.uint8), (0, 0)  # how often each cell has been faced
         self._expected = self._near = None  # of each cell, and of the best beside it
         self._trail: list[tuple[float, float]] = []
@@ -136,6 +140,10 @@ class Survey:
         self._faced, self._corner, self._expected = faced, corner, None
         self._passed, self._looked = np.zeros(costs.shape, bool), 0
 
+    def on_obstacles(self, costmap: Costmap) -> None:
+        """What move_base plans by: where its footprint would touch an obstacle, it refuses to go."""
+        self._obstacles = costmap
+
     def finish(self) -> None:
         """Little time is left: nothing is begun any more that has not been passed."""
         self._farther = 0.0
@@ -164,8 +172,14 @@ class Survey:
         return self._expected
 
     def stays(self, choice: Choice) -> bool:
-        """Whether enough is expected still of what was expected of a place when it was chosen."""
-        return self._sum(choice.frontier) >= LEFT * self._chosen
+        """Whether enough is expected still of what was expected of a place when it was chosen, and the robot fits."""
+        return self._sum(choice.frontier) >= LEFT * self._chosen and self._fits(choice.pose)
+
+    def _fits(self, pose):
+        """Whether the footprint touches none of move_base's obstacles at a pose."""
+        if self._obstacles is None or not len(self._footprint):
+            return True
+        return not LocalWorld(self._obstacles, self._footprint, False).collides(pose)
 
     def _sum(self, frontier):
         """Cells of which something is expected, where those of a frontier are or beside them."""
@@ -179,7 +193,9 @@ class Survey:
         """From where most is expected for the time it takes to get there; None where nothing is left that a plan leads
         to. Its cost is what is expected, less than 0, m per s.
         """
-        around = Surroundings(self.ground, start, footprint)
+        self._footprint = footprint
+        ground = self.ground if self._obstacles is None else with_obstacles(self.ground, self._obstacles)
+        around = Surroundings(ground, start, footprint)
         ground = around.costmap
         ground = replace(ground, costs=freed(ground.costs, ground.geometry.resolution, self._free_margin))
         stands, ways = around.stands(EVERY, HEADINGS, ROOM)

@@ -1,8 +1,8 @@
 """explore: drives the robot by move_base to the frontiers of a map until none is left, under the names of
 explore_lite's node.
 
-In: the map (OccupancyGrid) and its updates, /tf, ~resume (Bool), safety_gate/status, the first reading (Range) of each
-sensor of range_topics. Out: goals to move_base,
+In: the map (OccupancyGrid) and its updates, /tf, ~resume (Bool), safety_gate/status; with range sensors the first
+reading (Range) of each of range_topics, and move_base's global costmap with its updates. Out: goals to move_base,
 ~frontiers (MarkerArray), ~status (String, latched), /diagnostics.
 """
 
@@ -36,6 +36,7 @@ from sara_control.gate.reasons import HOLDS
 from sara_localization.ros.shell import configured, publish
 from sara_nav.config.parameters import Parameters
 from sara_nav.costmaps.costmap import Costmap
+from sara_nav.grids.grid import LETHAL
 from sara_nav.move_base.settings import Settings, read_settings
 from sara_nav.ros import conversions as conv
 from sara_nav.ros.common import TransformListener
@@ -65,6 +66,7 @@ class ExploreNode:
         self.survey = Survey(config.range_reach, costmap.free_margin) if config.sensors == 'ranges' else None
         self.explorer = Explorer(config, settings.global_planner, footprint, self.say, self.survey)
         self.ground: Costmap | None = None
+        self.obstacles: Costmap | None = None
         self.frame, self.stepped_at = settings.global_frame, rospy.Time()
         self.ends, self.goals = deque(), 0
         self.tf = TransformListener()
@@ -75,6 +77,12 @@ class ExploreNode:
             ('~resume', Bool, self.on_resume, 10),
             ('safety_gate/status', String, self.on_gate, 10),
         )
+        if self.survey is not None:
+            costmap_topic = f'{config.move_base}/global_costmap/costmap'
+            topics += (
+                (costmap_topic, numpy_msg(OccupancyGrid), self.on_costmap, 1),
+                (f'{costmap_topic}_updates', numpy_msg(OccupancyGridUpdate), self.on_costmap_update, 10),
+            )
         self.subscribers = [
             rospy.Subscriber(topic, kind, callback, queue_size=queue) for topic, kind, callback, queue in topics
         ]
@@ -112,6 +120,24 @@ class ExploreNode:
         except ValueError as error:
             self.bad_maps += 1
             rospy.logwarn_throttle(10.0, 'a map was dropped: %s', error)
+
+    def on_costmap(self, msg: OccupancyGrid) -> None:
+        """What move_base plans by."""
+        self._take_obstacles(lambda: ground_of(conv.grid_from_msg(msg)))
+
+    def on_costmap_update(self, msg: OccupancyGridUpdate) -> None:
+        """A part of it."""
+        if self.obstacles is not None:
+            self._take_obstacles(lambda: updated(self.obstacles, msg.x, msg.y, _values(msg)))
+
+    def _take_obstacles(self, made):
+        try:
+            with self.lock:
+                self.obstacles = made()
+                self.survey.on_obstacles(self.obstacles)
+        except ValueError as error:
+            self.bad_maps += 1
+            rospy.logwarn_throttle(10.0, 'a costmap was dropped: %s', error)
 
     def on_range(self, msg: Range, topic: str) -> None:
         """A reading of a range sensor: where it sits and how wide its cone is are taken from the first one."""
@@ -197,6 +223,9 @@ class ExploreNode:
             'way': f'{explorer.way:.1f} m',
             'bad_maps': self.bad_maps,
         }
+        if self.survey is not None:
+            costs = None if self.obstacles is None else self.obstacles.costs
+            values['obstacles'] = 'no costmap' if costs is None else f'{np.count_nonzero(costs == LETHAL)} cells'
         return Status('explore', level, self.said or 'waiting for a map', tuple(sorted(values.items())))
 
     # -- orders out ----------------------------------------------------------------------------------------------
