@@ -282,6 +282,19 @@ def test_without_progress_another_frontier_is_driven_to():
     assert isinstance(second, Drive) and second != first and any('no progress for 6 s' in line for line in house.said)
 
 
+@pytest.mark.parametrize('way, turn, left', [(0.3, 0.6, True), (0.5, 0.0, False), (0.0, 1.0, False)])
+def test_going_to_and_fro_is_no_progress(way, turn, left):
+    house = House({'progress_timeout': 5.0})
+    first = house.step()
+    for step in range(8):
+        pose = START._replace(x=START.x + way * (step % 2), yaw=START.yaw + turn * (step % 2))
+        house.now += 1.0
+        order = house.explorer.step(house.now, pose)
+        if order is not None:
+            break
+    assert (order is not None) == left and (not left or order != first)
+
+
 def test_a_frontier_that_was_seen_on_the_way_is_left_for_the_next_one_without_a_stop():
     house = House()
     first = house.step()

@@ -155,10 +155,16 @@ class MoveBase:
         return end
 
     def replan(self) -> None:
-        """Build both costmaps and plan anew in the next step, because the map is another one."""
+        """Build both costmaps in the next step, because the map is another one, and plan anew; a plan that is watched
+        (replan_when_blocked) is gone on with, unless something new stands on it.
+        """
         self.costmaps.wake()
-        if self._goal is not None and self._goal.phase != CLEARING:
-            self._goal.phase, self._goal.last_plan_try = PLANNING, -math.inf
+        goal = self._goal
+        if goal is None or goal.phase == CLEARING:
+            return
+        goal.last_plan_try = -math.inf
+        if not (goal.phase == CONTROLLING and self.config.replan_when_blocked):
+            goal.phase = PLANNING
 
     def reconfigure(
         self,

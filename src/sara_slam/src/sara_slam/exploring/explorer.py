@@ -40,8 +40,8 @@ HOME_TRIES = 4
 """How often the way home is tried, NEWS_S apart."""
 FINISH_S = 240.0
 """s before it turns home for lack of time from which on what has been begun is finished."""
-MOVED, TURNED = 0.1, 0.2
-"""m and rad that are progress."""
+MOVED, TURNED = 0.4, 0.8
+"""m and rad from where it was that are progress: a robot that goes to and fro makes none."""
 AT_HOME = 0.3
 """m from where it began that the robot need not drive."""
 
