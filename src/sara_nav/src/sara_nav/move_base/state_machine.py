@@ -5,7 +5,6 @@ time, the robot's pose and velocity, feeds the layers of its costmaps, and sends
 the command of that step is zero.
 """
 
-import math
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -21,7 +20,6 @@ from sara_nav.goals.move_base_config import (
     CLEARING,
     CONTROLLING,
     IDLE,
-    PLANNING,
     PREEMPTED,
     Counters,
     MoveBaseConfig,
@@ -156,15 +154,11 @@ class MoveBase:
 
     def replan(self) -> None:
         """Build both costmaps in the next step, because the map is another one, and plan anew; a plan that is watched
-        (replan_when_blocked) is gone on with, unless something new stands on it.
+        (replan_when_blocked) is gone on with, unless something new stands on it or beside it.
         """
         self.costmaps.wake()
-        goal = self._goal
-        if goal is None or goal.phase == CLEARING:
-            return
-        goal.last_plan_try = -math.inf
-        if not (goal.phase == CONTROLLING and self.config.replan_when_blocked):
-            goal.phase = PLANNING
+        if self._goal is not None and self._goal.phase != CLEARING:
+            self._plans.new_map(self._goal, self.config)
 
     def reconfigure(
         self,
