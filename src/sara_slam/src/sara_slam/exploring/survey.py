@@ -46,8 +46,10 @@ MOVED_M, MOVED_RAD = 0.05, 0.1
 """Between two poses from which something is heard."""
 LEAST = 0.25
 """m of border for which a place is driven to."""
-SPEED, TURN_RATE, STOP_S = 0.3, 0.4, 4.0
-"""m/s, rad/s, s by which ways, turns and stops are weighed."""
+SPEED, TURN_RATE, STOP_S = 0.17, 0.35, 4.0
+"""m/s, rad/s, s by which ways, turns and stops are weighed: what SARA takes while it maps. By faster ones it leaves a
+room before it is done with, and comes back.
+"""
 THERE = 0.1
 """m up to which a place is where the robot is."""
 GIVEN_UP = 0.1
