@@ -21,11 +21,10 @@ BAND = 6
 """Unknowns of two poses that follow each other."""
 ITERATIONS = 12
 SHARED = 2.5
-"""Times range_sigma_hit: what a reading is off. Those that come one after the other share their errors.
-"""
+"""Times range_sigma_hit: the standard deviation of a reading, for those one after the other share their errors."""
 WIDEST, NARROWEST, NARROWER = 4.0, 0.75, 0.6
-"""Times range_sigma_hit: by how much readings may be off at the first step and at the last ones until they count half
-as much (a quarter in the squares), and how it narrows from step to step.
+"""Times range_sigma_hit: the residual at which a reading weighs half, at the first step and at the last ones; and the
+factor from step to step.
 """
 LITTLE = 0.05
 """rad, m: standard deviation with which a wall stays where a step finds it, for walls that little was seen of."""
