@@ -7,11 +7,8 @@ import numpy as np
 from ahead_of_time import kernel
 from sara_common.planar import Pose2D
 from sara_nav.grids.collision import LocalWorld
-from sara_nav.grids.footprint import pad_footprint
 from sara_nav.planners.planning import distances_along
 
-ABOUT = 0.15
-"""m about the footprint: what stands there since a plan was made leaves it less room than another may have."""
 AHEAD = 1.0
 """The robot is looked for on the next so many metres of its plan."""
 
@@ -36,7 +33,6 @@ class PlanWatch:
         self._plan = np.ascontiguousarray(plan, dtype=np.float64)
         self._along = distances_along(self._plan)
         self._touched, self._at = world.touched(self._plan), 0
-        self._about = _about(world).touched(self._plan)
 
     def follow(self, pose: Pose2D) -> None:
         """The robot is at a Pose2D, some way further along the plan."""
@@ -49,16 +45,6 @@ class PlanWatch:
             return None
         worse = np.flatnonzero(world.touched(self._plan[self._at :]) > self._touched[self._at :])
         return float(self._along[self._at + worse[0]] - self._along[self._at]) if len(worse) else None
-
-    def is_narrower(self, world: LocalWorld) -> bool:
-        """Whether something new stands within ABOUT of the footprint, on what is left of the plan."""
-        if self._plan is None:
-            return False
-        return bool((_about(world).touched(self._plan[self._at :]) > self._about[self._at :]).any())
-
-
-def _about(world):
-    return LocalWorld(world.costmap, pad_footprint(world.footprint, ABOUT), world.unknown_blocks)
 
 
 @kernel

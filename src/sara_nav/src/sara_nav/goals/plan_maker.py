@@ -16,7 +16,7 @@ from sara_common.planar import Pose2D, is_apart
 from sara_nav.costmaps.costmap_pair import CostmapPair
 from sara_nav.goals.goal import Goal
 from sara_nav.goals.goal_search import GlobalPlanner, Nearby, cleared, search_plan
-from sara_nav.goals.move_base_config import CONTROLLING, PLANNING, Counters, MoveBaseConfig
+from sara_nav.goals.move_base_config import PLANNING, Counters, MoveBaseConfig
 from sara_nav.goals.plan_check import PlanWatch
 from sara_nav.planners.planning import PlanError
 
@@ -42,7 +42,6 @@ class PlanMaker:
         self._last, self._long = None, False  # (s, where it begins) of the last cycle's plan; whether the last was long
         self._watch = PlanWatch()
         self._watched = None  # which of the global costmap's changes the plan was last looked at on
-        self._map_is_new = False
 
     @property
     def unknown_blocks(self) -> bool:
@@ -60,19 +59,11 @@ class PlanMaker:
         # A millisecond's grace: cycles come as they come, and a plan is not to wait for another whole one.
         return bool(waiting or blocked or config.planner_frequency) and t - goal.last_plan_try >= period - 1e-3
 
-    def new_map(self, goal: Goal, config: MoveBaseConfig) -> None:
-        """A Goal is planned for anew in the next cycle; where its plan is watched (replan_when_blocked), only if the
-        map that came leaves it less room.
-        """
-        goal.last_plan_try, self._map_is_new = -math.inf, True
-        if goal.phase != CONTROLLING or not config.replan_when_blocked:
-            goal.phase = PLANNING
-
     def make(self, goal: Goal, t: float, pose: Pose2D, config: MoveBaseConfig) -> tuple[np.ndarray | None, str]:
         """Return (plan (n, 3) or None, why) for a Goal from ``pose`` at t (s); why: '', or by what patience is at its
         end.
         """
-        waiting, goal.last_plan_try, self._map_is_new = goal.phase == PLANNING, t, False
+        waiting, goal.last_plan_try = goal.phase == PLANNING, t
         if waiting and goal.planning_since is None:
             goal.planning_since, goal.tries = t, 0
         if waiting or goal.crossed is not None or self._long:
@@ -128,17 +119,11 @@ class PlanMaker:
         return self.planner
 
     def _crossed(self, goal, pose, config):
-        """True while the global costmap shows something new on the plan, and once if a new map shows something beside
-        it (replan_when_blocked).
-        """
+        """True while the global costmap shows something new on the plan (replan_when_blocked)."""
         if not config.replan_when_blocked:
             return False
         self._watch.follow(pose)
         if self._watched != self._costmaps.world_changes:
             self._watched = self._costmaps.world_changes
-            world = self._costmaps.to_plan_on(self.unknown_blocks)
-            goal.crossed = self._watch.blocked(world)
-            before, self._map_is_new = self._map_is_new, False
-            if before and self._watch.is_narrower(world):
-                return True
+            goal.crossed = self._watch.blocked(self._costmaps.to_plan_on(self.unknown_blocks))
         return goal.crossed is not None

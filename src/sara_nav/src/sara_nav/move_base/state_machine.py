@@ -5,6 +5,7 @@ time, the robot's pose and velocity, feeds the layers of its costmaps, and sends
 the command of that step is zero.
 """
 
+import math
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -20,6 +21,7 @@ from sara_nav.goals.move_base_config import (
     CLEARING,
     CONTROLLING,
     IDLE,
+    PLANNING,
     PREEMPTED,
     Counters,
     MoveBaseConfig,
@@ -153,12 +155,10 @@ class MoveBase:
         return end
 
     def replan(self) -> None:
-        """Build both costmaps in the next step, because the map is another one, and plan anew; a plan that is watched
-        (replan_when_blocked) is gone on with, unless something new stands on it or beside it.
-        """
+        """Build both costmaps and plan anew in the next step, because the map is another one."""
         self.costmaps.wake()
         if self._goal is not None and self._goal.phase != CLEARING:
-            self._plans.new_map(self._goal, self.config)
+            self._goal.phase, self._goal.last_plan_try = PLANNING, -math.inf
 
     def reconfigure(
         self,
