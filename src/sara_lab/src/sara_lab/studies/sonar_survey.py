@@ -19,7 +19,7 @@ from sara_lab.judge.passed_walls import SeenWalls
 from sara_nav.maps.map_io import FREE, GridMap
 from sara_slam.exploring.cones import sensors_at
 from sara_slam.exploring.frontiers import cells_of
-from sara_slam.exploring.survey import seconds_to
+from sara_slam.exploring.pace import Pace
 
 Pose = tuple[float, float, float]
 
@@ -37,6 +37,8 @@ MOVED_M, MOVED_RAD = 0.05, 0.1
 """Between two poses from which something is heard."""
 LEAST = 0.15
 """m of wall for which a place is driven to."""
+PACE = Pace(0.3, 0.4, 4.0)
+"""By which ways are weighed."""
 AHEAD, DETOUR = 3.0, 0.1
 """m up to which a straight way counts by what is heard on it; that it may be longer than straight."""
 
@@ -135,7 +137,7 @@ class Survey:
         column, row = g.to_cell(*pose[:2])
         from_here = dijkstra(self._graph, indices=row * g.width + column) * g.resolution
         way = from_here[self._cells(self.stands[:, :2])]
-        return way, seconds_to(self.stands, way, Pose2D(*pose), g.resolution)
+        return way, PACE.seconds_to(self.stands, way, Pose2D(*pose), g.resolution)
 
     def _on_the_way(self, pose, straight, left):
         """(stands,) what is heard on the way to those of them that are straight ahead of a pose is worth, of `left`."""

@@ -34,6 +34,7 @@ from sara_slam.exploring.cones import (
 )
 from sara_slam.exploring.frontiers import Frontier, cells_of
 from sara_slam.exploring.ground import with_obstacles
+from sara_slam.exploring.pace import Pace
 from sara_slam.exploring.viewpoints import Surroundings
 
 EVERY, HEADINGS = 4, 16
@@ -46,10 +47,8 @@ MOVED_M, MOVED_RAD = 0.05, 0.1
 """Between two poses from which something is heard."""
 LEAST = 0.25
 """m of border for which a place is driven to."""
-SPEED, TURN_RATE, STOP_S = 0.17, 0.35, 4.0
-"""m/s, rad/s, s by which ways, turns and stops are weighed: what SARA takes while it maps. By faster ones it leaves a
-room before it is done with, and comes back.
-"""
+PACE = Pace(0.17, 0.35, 4.0)
+"""What SARA takes while it maps. By a faster one it leaves a room before it is done with, and comes back."""
 THERE = 0.1
 """m up to which a place is where the robot is."""
 GIVEN_UP = 0.1
@@ -210,7 +209,7 @@ class Survey:
         passed = self._has_passed().ravel()[places.clip(0)]
         gain = (hoped * np.where(passed, 1.0, float(self._farther > 0.0))).sum((1, 2))
         worth = (hoped * np.where(passed, 1.0, self._farther)).sum((1, 2))
-        rate = np.where(gain >= LEAST, worth / seconds_to(stands, ways, start, THERE), 0.0)
+        rate = np.where(gain >= LEAST, worth / PACE.seconds_to(stands, ways, start, THERE), 0.0)
         for pose, _ in self._tried:
             off = np.hypot(stands[:, 0] - pose.x, stands[:, 1] - pose.y)
             rate[(off < SAME_M) & (np.abs(wrap(stands[:, 2] - pose.yaw)) < SAME_RAD)] = 0.0
@@ -260,14 +259,6 @@ class Survey:
         borders_heard(self._cells, sensors, self._span, places, far)
         shape = len(poses), len(self._sensors), RAYS
         return places.reshape(shape), far.reshape(shape)
-
-
-def seconds_to(stands: np.ndarray, ways: np.ndarray, start: Pose2D, there: float) -> np.ndarray:
-    """(n,) s from a pose to each of stands (n, 3), by ways (n,) m; up to `there`, m, it turns on the spot alone."""
-    bearing = np.arctan2(stands[:, 1] - start.y, stands[:, 0] - start.x)
-    about = np.abs(wrap(bearing - start.yaw)) + np.abs(wrap(stands[:, 2] - bearing))
-    turns = np.where(ways > there, about, np.abs(wrap(stands[:, 2] - start.yaw)))
-    return ways / SPEED + turns / TURN_RATE + STOP_S
 
 
 def _filled(costmap, wide):
