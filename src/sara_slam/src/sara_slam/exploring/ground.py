@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from sara_nav.costmaps.costmap import Costmap
+from sara_nav.costmaps.layers.static import Source, look_up
 from sara_nav.grids.grid import FREE, INSCRIBED, LETHAL, UNKNOWN
 from sara_nav.maps.map_io import GridMap, MapError
 
@@ -23,14 +24,10 @@ def ground_of(grid: GridMap) -> Costmap:
 
 def with_obstacles(ground: Costmap, other: Costmap) -> Costmap:
     """The ground with the obstacles of another Costmap, which may lie elsewhere."""
-    g, its = ground.geometry, other.geometry
-    x, y = g.to_world(np.arange(g.width), np.arange(g.height))
-    columns, rows = (
-        np.floor((at - origin) / its.resolution).astype(int) for at, origin in ((x, its.origin_x), (y, its.origin_y))
-    )
-    inside = ((rows >= 0) & (rows < its.height))[:, None] & ((columns >= 0) & (columns < its.width))
-    obstacles = (other.costs == LETHAL)[rows.clip(0, its.height - 1)][:, columns.clip(0, its.width - 1)]
-    return Costmap(np.where(inside & obstacles, np.uint8(LETHAL), ground.costs), g)
+    g, found = ground.geometry, np.full_like(ground.costs, FREE)
+    obstacles = np.where(other.costs == LETHAL, np.uint8(LETHAL), np.uint8(FREE))
+    look_up(found, g.grid, (0, 0, g.width, g.height), Source(obstacles, other.geometry.grid, (0.0, 0.0, 0.0)), False)
+    return Costmap(np.where(found == LETHAL, found, ground.costs), g)
 
 
 def updated(ground: Costmap, x: int, y: int, data: np.ndarray) -> Costmap:

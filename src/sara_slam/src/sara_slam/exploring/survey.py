@@ -78,6 +78,8 @@ SAME_M, SAME_RAD = 0.3, 0.4
 class Survey:
     """The Chooser for a robot with range sensors alone. reach: m up to which they count; add_sensor tells of each.
     free_margin: m about what is known free that move_base takes for free, too (StaticLayerConfig).
+
+    `obstacles`: the Costmap that move_base plans by, None where it is not known.
     """
 
     def __init__(self, reach: float, free_margin: float = 0.0) -> None:
@@ -89,8 +91,8 @@ class Survey:
         self._rounds = ROUNDS
         self._last: Pose2D | None = None
         self.ground: Costmap | None = None
-        self._obstacles: Costmap | None = None
-        self._footprint = np.empty((0, 2))
+        self.obstacles: Costmap | None = None
+        self._footprint = np.empty((0, 2))  # by which it was chosen
         self._faced, self._corner = np.zeros((1, 1), np.uint8), (0, 0)  # how often each cell has been faced
         self._expected = self._near = None  # of each cell, and of the best beside it
         self._trail: list[tuple[float, float]] = []
@@ -143,7 +145,7 @@ class Survey:
 
     def on_obstacles(self, costmap: Costmap) -> None:
         """What move_base plans by: where its footprint would touch an obstacle, it refuses to go."""
-        self._obstacles = costmap
+        self.obstacles = costmap
 
     def finish(self) -> None:
         """Little time is left: nothing is begun any more that has not been passed."""
@@ -178,9 +180,7 @@ class Survey:
 
     def _fits(self, pose):
         """Whether the footprint touches none of move_base's obstacles at a pose."""
-        if self._obstacles is None or not len(self._footprint):
-            return True
-        return not LocalWorld(self._obstacles, self._footprint, False).collides(pose)
+        return self.obstacles is None or not LocalWorld(self.obstacles, self._footprint, False).collides(pose)
 
     def _sum(self, frontier):
         """Cells of which something is expected, where those of a frontier are or beside them."""
@@ -195,7 +195,7 @@ class Survey:
         to. Its cost is what is expected, less than 0, m per s.
         """
         self._footprint = footprint
-        ground = self.ground if self._obstacles is None else with_obstacles(self.ground, self._obstacles)
+        ground = self.ground if self.obstacles is None else with_obstacles(self.ground, self.obstacles)
         around = Surroundings(ground, start, footprint)
         ground = around.costmap
         ground = replace(ground, costs=freed(ground.costs, ground.geometry.resolution, self._free_margin))

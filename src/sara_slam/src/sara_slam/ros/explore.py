@@ -66,7 +66,6 @@ class ExploreNode:
         self.survey = Survey(config.range_reach, costmap.free_margin) if config.sensors == 'ranges' else None
         self.explorer = Explorer(config, settings.global_planner, footprint, self.say, self.survey)
         self.ground: Costmap | None = None
-        self.obstacles: Costmap | None = None
         self.frame, self.stepped_at = settings.global_frame, rospy.Time()
         self.ends, self.goals = deque(), 0
         self.tf = TransformListener()
@@ -103,41 +102,35 @@ class ExploreNode:
 
     def on_map(self, msg: OccupancyGrid) -> None:
         """A whole map."""
-        self._take(lambda: ground_of(conv.grid_from_msg(msg)), msg.header.frame_id.lstrip('/'))
+        self._take(lambda: self._explore_on(ground_of(conv.grid_from_msg(msg)), msg.header.frame_id.lstrip('/')))
 
     def on_update(self, msg: OccupancyGridUpdate) -> None:
         """A part of it."""
         if self.ground is not None:
-            self._take(lambda: updated(self.ground, msg.x, msg.y, _values(msg)), self.frame)
+            self._take(lambda: self._explore_on(updated(self.ground, msg.x, msg.y, _values(msg)), self.frame))
 
-    def _take(self, made, frame):
-        try:
-            with self.lock:
-                self.ground, self.frame = made(), frame
-                self.explorer.on_costmap(self.ground)
-                if self.config.visualize:
-                    publish(self.markers_pub, frontier_markers(self.explorer, self.frame, rospy.Time.now()))
-        except ValueError as error:
-            self.bad_maps += 1
-            rospy.logwarn_throttle(10.0, 'a map was dropped: %s', error)
+    def _explore_on(self, ground, frame):
+        self.ground, self.frame = ground, frame
+        self.explorer.on_costmap(ground)
+        if self.config.visualize:
+            publish(self.markers_pub, frontier_markers(self.explorer, frame, rospy.Time.now()))
 
     def on_costmap(self, msg: OccupancyGrid) -> None:
         """What move_base plans by."""
-        self._take_obstacles(lambda: ground_of(conv.grid_from_msg(msg)))
+        self._take(lambda: self.survey.on_obstacles(ground_of(conv.grid_from_msg(msg))))
 
     def on_costmap_update(self, msg: OccupancyGridUpdate) -> None:
         """A part of it."""
-        if self.obstacles is not None:
-            self._take_obstacles(lambda: updated(self.obstacles, msg.x, msg.y, _values(msg)))
+        if self.survey.obstacles is not None:
+            self._take(lambda: self.survey.on_obstacles(updated(self.survey.obstacles, msg.x, msg.y, _values(msg))))
 
-    def _take_obstacles(self, made):
+    def _take(self, take):
         try:
             with self.lock:
-                self.obstacles = made()
-                self.survey.on_obstacles(self.obstacles)
+                take()
         except ValueError as error:
             self.bad_maps += 1
-            rospy.logwarn_throttle(10.0, 'a costmap was dropped: %s', error)
+            rospy.logwarn_throttle(10.0, 'a map was dropped: %s', error)
 
     def on_range(self, msg: Range, topic: str) -> None:
         """A reading of a range sensor: where it sits and how wide its cone is are taken from the first one."""
@@ -224,8 +217,9 @@ class ExploreNode:
             'bad_maps': self.bad_maps,
         }
         if self.survey is not None:
-            costs = None if self.obstacles is None else self.obstacles.costs
-            values['obstacles'] = 'no costmap' if costs is None else f'{np.count_nonzero(costs == LETHAL)} cells'
+            known = self.survey.obstacles
+            cells = 0 if known is None else np.count_nonzero(known.costs == LETHAL)
+            values['obstacles'] = 'no costmap' if known is None else f'{cells} cells'
         return Status('explore', level, self.said or 'waiting for a map', tuple(sorted(values.items())))
 
     # -- orders out ----------------------------------------------------------------------------------------------
