@@ -104,6 +104,7 @@ class AmclTest(unittest.TestCase):
         wait_until(lambda: self.tf_pub.get_num_connections() >= 3, 'the nodes do not listen to /tf')
         wait_until(self.pose_pub.get_num_connections, 'the node does not listen to initialpose')
         self.stamp, self.truth = rospy.Time.now(), (5.0, 3.0, 0.0)
+        self.sent = 0
 
     def on_diagnostics(self, array):
         for status in array.status:
@@ -131,6 +132,7 @@ class AmclTest(unittest.TestCase):
         msg.time_increment = lasts / (COUNT - 1)
         msg.range_min, msg.range_max, msg.ranges = 0.1, MOST, [cast(float(b)) for b in BEARINGS]
         self.scan_pub.publish(msg)
+        self.sent += 1
         if not answered:
             return None
         dated = self.stamp + rospy.Duration(0.1)
@@ -242,8 +244,11 @@ class AmclTest(unittest.TestCase):
         self.assert_near(self.estimate(sent))
 
     def second_node_takes_its_map_from_the_topic(self):
-        self.map_pub.publish(map_message(CELLS))
         name = 'second/amcl: amcl'
+        dropped = lambda: {value.key: value.value for value in self.told[name].values}.get('no_map')
+        why = lambda: f'{dropped()} of {self.sent} scans are dropped for want of a map'
+        wait_until(lambda: dropped() == str(self.sent), why)  # none is left that would be used with the map
+        self.map_pub.publish(map_message(CELLS))
         wait_until(lambda: 'waiting for a scan' in self.message(name), 'the map of the topic is not taken')
         self.map_pub.publish(map_message(CELLS[:10, :10]))  # not the first
         self.send()
