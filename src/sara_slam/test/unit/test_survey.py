@@ -21,7 +21,6 @@ from sara_slam.exploring.cones import (
     UNKNOWN_CELL,
     WALL_CELL,
     Cells,
-    Span,
     borders_heard,
     mark_seen,
 )
@@ -29,6 +28,7 @@ from sara_slam.exploring.explore_config import ExploreConfig
 from sara_slam.exploring.explorer import Drive, Explorer, State
 from sara_slam.exploring.ground import with_obstacles
 from sara_slam.exploring.survey import AGAIN, Survey
+from sara_slam.exploring.wall_normals import normals
 
 CONE = math.radians(60.0)
 FANS = [
@@ -48,8 +48,7 @@ def heard(kinds, sensor, farthest=1.5):
     kinds = np.array(kinds, np.uint8)
     cells = Cells(kinds, -np.ones(kinds.shape, np.float32), np.zeros(kinds.shape, np.float32), Grid(0.0, 0.0, CELL))
     places, far = np.empty((1, RAYS), np.int32), np.empty((1, RAYS), np.float32)
-    borders_heard(cells, np.array([[*sensor, 0.5 * CONE]]), Span(0.2, farthest), places, far)
-    assert (far[places >= 0] > 0.2).all()
+    borders_heard(cells, np.array([[*sensor, 0.5 * CONE]]), farthest, places, far)
     return sorted({divmod(int(place), kinds.shape[1]) for place in places[places >= 0]})
 
 
@@ -79,8 +78,22 @@ def test_a_border_is_heard_where_a_sensor_faces_it_squarely():
     assert all(abs((row + 0.5) * CELL - 1.5) < 0.8 * math.tan(0.41) + CELL for row, _ in cells)
     assert heard(strip(), (0.2, 1.5, math.radians(70.0))) == []
     assert heard(strip(2.0), (0.2, 1.5, 0.0)) == []  # farther than it reaches
-    assert heard(strip(0.3), (0.2, 1.5, 0.0)) == []  # nearer than it measures
+    assert heard(strip(0.3), (0.2, 1.5, 0.0))  # a wall beyond is farther off than the border
     assert heard(strip(), (2.0, 1.5, 0.0)) == []  # it sits in the unknown
+
+
+@pytest.mark.parametrize('turned', [0.0, 0.5])
+def test_a_wall_behind_a_border_lies_as_most_walls_do(turned):
+    """A border that lies askew, where a fan ended, in a hall that is turned in its map."""
+    y, x = (CELL * (np.mgrid[:120, :120] + 0.5) - 3.0).reshape(2, -1)
+    x, y = math.cos(turned) * x + math.sin(turned) * y, math.cos(turned) * y - math.sin(turned) * x
+    walls, beyond = np.maximum(np.abs(x), np.abs(y)) > 1.9, x + 0.4 * y > 1.0
+    kinds = np.where(beyond, UNKNOWN_CELL, np.where(walls, WALL_CELL, FREE_CELL)).astype(np.uint8)
+    for of, most in ((kinds, 0.03), (np.where(walls, FREE_CELL, kinds), None)):
+        nx, ny = normals(of.reshape(120, 120))
+        at = np.argmin(np.hypot(x - 1.05, y))
+        off = math.remainder(math.atan2(ny.ravel()[at], nx.ravel()[at]) - turned - math.pi, 2.0 * math.pi)
+        assert abs(off) < most if most else abs(off - math.atan(0.4)) < 0.1
 
 
 def test_a_wall_that_is_nearer_in_the_cone_is_heard_instead():

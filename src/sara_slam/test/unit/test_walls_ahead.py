@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from sara_common.planar import compose
 from sara_nav.maps.map_io import OCCUPIED
-from sara_slam.sonar.doorways import Doorways
+from sara_slam.sonar.doorways import NO_DOORWAYS, Doorways
 from sara_slam.sonar.face_search import WITHIN, face, points
 from sara_slam.sonar.sonar_config import SonarConfig
 from sara_slam.sonar.sonar_slam import SonarSlam
@@ -194,6 +194,19 @@ def test_a_flat_thing_is_found_from_a_turn_towards_it_after_any_time_beside_it()
     front = compose((0.0, 0.0, float(yaws[-1])), (0.54, 0.29, 0.0))
     ahead = cells[:, 0] > front[0]
     assert ahead.any() and np.abs(cells[ahead, 1] - away).max() < 0.08
+
+
+@pytest.mark.parametrize('known', [True, False])
+def test_a_post_of_a_doorway_of_the_map_does_not_go_on(known):
+    """The front sensor comes to a post, which seems to come nearer."""
+    middle, post = (1.0, 0.0), (1.0, 0.45)
+    x = np.arange(0.0, 0.64, 0.02)
+    reach = np.hypot(post[0] - x - FRONT[0], post[1] - FRONT[1])
+    far = np.where(np.arccos((post[1] - FRONT[1]) / reach) < math.radians(30.0), reach, math.inf)
+    slam, _ = beside([(px, 0.0, 0.0) for px in x.tolist()], far.tolist())
+    doorways = Doorways(np.array([middle]), np.array([(0.0, 1.0)])) if known else NO_DOORWAYS
+    cells = occupied(slam._ahead.mask(slam.first_guess, HOME, doorways))
+    assert np.isfinite(far).sum() > 3 and (len(cells) == 0) == known
 
 
 def test_what_came_nearer_does_so_where_it_is_too_near_to_be_measured():

@@ -37,15 +37,8 @@ class Cells(NamedTuple):
     grid: Grid
 
 
-class Span(NamedTuple):
-    """m: what the sensors measure from and up to."""
-
-    nearest: float
-    farthest: float
-
-
 @kernel
-def borders_heard(cells: Cells, sensors: np.ndarray, span: Span, places: np.ndarray, far: np.ndarray) -> None:
+def borders_heard(cells: Cells, sensors: np.ndarray, reach: float, places: np.ndarray, far: np.ndarray) -> None:
     """Of sensors (n, 4), x, y, axis and half the cone (m, rad): puts into places int32 (n, RAYS) the flat index of the
     last free cell before the unknown on each ray from which a wall would be heard, -1 for none, and into far float32
     how far off it is, m.
@@ -53,13 +46,13 @@ def borders_heard(cells: Cells, sensors: np.ndarray, span: Span, places: np.ndar
     rows, columns = cells.kinds.shape
     g = cells.grid
     step = 0.5
-    most = int(span.farthest / (g.resolution * step))
+    most = int(reach / (g.resolution * step))
     for n in range(len(sensors)):
         x = (sensors[n, 0] - g.origin_x) / g.resolution
         y = (sensors[n, 1] - g.origin_y) / g.resolution
         axis, half = sensors[n, 2], sensors[n, 3]
         ax, ay = math.cos(axis), math.sin(axis)
-        echo = span.farthest  # of the nearest wall that is known
+        echo = reach  # of the nearest wall that is known
         for ray in range(RAYS):
             angle = axis - half + 2.0 * half * ray / (RAYS - 1)
             dx, dy = math.cos(angle), math.sin(angle)
@@ -84,7 +77,7 @@ def borders_heard(cells: Cells, sensors: np.ndarray, span: Span, places: np.ndar
                         echo = distance
                 else:
                     facing = -(dx * cells.normal_x[row, column] + dy * cells.normal_y[row, column])
-                    if facing > SQUARELY and distance >= span.nearest:
+                    if facing > SQUARELY:
                         places[n, ray] = last
                         far[n, ray] = distance
                 break
@@ -127,5 +120,5 @@ def warm() -> None:
     flat = np.zeros((3, 3), np.float32)
     cells = Cells(np.zeros((3, 3), np.uint8), flat, flat, Grid(0.0, 0.0, 1.0))
     places, far = np.empty((1, RAYS), np.int32), np.empty((1, RAYS), np.float32)
-    borders_heard(cells, np.zeros((1, 4)), Span(0.2, 1.5), places, far)
+    borders_heard(cells, np.zeros((1, 4)), 1.5, places, far)
     mark_seen(cells, np.zeros((1, 2)), 1.0, np.zeros((3, 3), np.bool_))

@@ -1,8 +1,9 @@
 """From where range sensors with wide cones would hear what is not known yet: the next place to drive to is that from
 which most is expected for the time that it takes.
 
-What is expected is the border of free space on the unknown, in m, that the sensors face squarely from there. Each time
-that they have faced a piece of it and the map still does not know it, half as much is expected of that piece.
+What is expected is the border of free space on the unknown, in m, if a wall stands at it or soon beyond, and the sensors
+face that squarely from there. Each time that they have faced a piece of it and the map still does not know it, half as
+much is expected of that piece.
 """
 
 from __future__ import annotations
@@ -12,7 +13,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from scipy.ndimage import binary_dilation, distance_transform_edt, gaussian_filter, label, maximum_filter
+from scipy.ndimage import binary_dilation, distance_transform_edt, label, maximum_filter
 
 from sara_common.planar import Pose2D, is_apart, wrap
 from sara_nav.costmaps.costmap import Costmap, freed
@@ -26,7 +27,6 @@ from sara_slam.exploring.cones import (
     UNKNOWN_CELL,
     WALL_CELL,
     Cells,
-    Span,
     borders_heard,
     mark_seen,
     sensors_at,
@@ -36,6 +36,7 @@ from sara_slam.exploring.frontiers import Frontier, cells_of
 from sara_slam.exploring.ground import with_obstacles
 from sara_slam.exploring.pace import Pace
 from sara_slam.exploring.viewpoints import Surroundings
+from sara_slam.exploring.wall_normals import normals
 
 EVERY, HEADINGS = 4, 16
 """Cells between places where the robot may stand, and its headings there."""
@@ -67,10 +68,8 @@ GAP = 0.3
 """m: half as wide as gaps between what is known, which are taken for free: beside fans, and in corners."""
 PATCH = 0.2
 """m: unknown patches smaller than a square of this are none."""
-NEAREST = 0.2
-"""m from which on sensors measure."""
-SMOOTH = 2.0
-"""Cells about a border by which its direction is told."""
+FAR = 0.4
+"""m from a sensor that a wall behind a border is at least: the border is where the map ends."""
 SAME_M, SAME_RAD = 0.3, 0.4
 """Between poses that have been driven to and one that is."""
 
@@ -85,7 +84,7 @@ class Survey:
     def __init__(self, reach: float, free_margin: float = 0.0) -> None:
         warm()
         self._free_margin = free_margin
-        self._span = Span(NEAREST, float(reach))
+        self._reach = float(reach)
         self._sensors = np.empty((0, 4))
         self._tried: list[tuple[Pose2D, bool]] = []  # and whether it was reached
         self._rounds = ROUNDS
@@ -132,11 +131,8 @@ class Survey:
         kinds = np.full(costs.shape, FREE_CELL, np.uint8)
         kinds[(costs >= INSCRIBED) & (costs != UNKNOWN)] = WALL_CELL
         kinds[unknown] = UNKNOWN_CELL
-        free = kinds == FREE_CELL
-        ny, nx = np.gradient(gaussian_filter(free.astype(np.float32), SMOOTH))
-        length = np.maximum(np.hypot(nx, ny), 1e-9)
-        self._cells = Cells(kinds, (nx / length).astype(np.float32), (ny / length).astype(np.float32), g.grid)
-        self._border = free & binary_dilation(unknown)
+        self._cells = Cells(kinds, *normals(kinds), g.grid)
+        self._border = (kinds == FREE_CELL) & binary_dilation(unknown)
         corner = round(g.origin_x / g.resolution), round(g.origin_y / g.resolution)
         faced = np.zeros(costs.shape, np.uint8)
         _paste(self._faced, self._corner, faced, corner)
@@ -204,7 +200,7 @@ class Survey:
             return None
         expected = self.expected()
         places, far = self._heard(stands)
-        wide = far * self._sensors[:, 3:] * (2.0 / (RAYS - 1))
+        wide = np.maximum(far, FAR) * self._sensors[:, 3:] * (2.0 / (RAYS - 1))
         hoped = np.where(places >= 0, expected.ravel()[places.clip(0)], 0.0) * wide
         passed = self._has_passed().ravel()[places.clip(0)]
         gain = (hoped * np.where(passed, 1.0, float(self._farther > 0.0))).sum((1, 2))
@@ -256,7 +252,7 @@ class Survey:
         half = np.broadcast_to(self._sensors[:, 3], placed.shape[:2])
         sensors = np.concatenate((placed, half[..., None]), -1).reshape(-1, 4)
         places, far = np.empty((len(sensors), RAYS), np.int32), np.empty((len(sensors), RAYS), np.float32)
-        borders_heard(self._cells, sensors, self._span, places, far)
+        borders_heard(self._cells, sensors, self._reach, places, far)
         shape = len(poses), len(self._sensors), RAYS
         return places.reshape(shape), far.reshape(shape)
 

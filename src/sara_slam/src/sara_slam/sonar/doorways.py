@@ -28,6 +28,8 @@ DEEP = 0.12
 """m about the wall's line in which a doorway's ends are heard."""
 POST = 0.5
 """Share of the middle of WIDE in which something that is heard stands, for it is no end of the wall."""
+POST_DEEP = 0.3
+"""m from the wall's line to which its posts reach: a wall that was heard from one side may be so thick."""
 PASSING = 0.25
 """m before and behind a wall's line within which a robot's middle passes it: beside a wall it is farther off."""
 SPARE = 0.09
@@ -44,6 +46,11 @@ class Doorways(NamedTuple):
         """(k,) whether places (k, 2), m, narrow a doorway."""
         along, across = self._off(places)
         return ((along < 0.5 * WIDE) & (along > 0.5 * POST * WIDE) & (across < DEEP)).any(1)
+
+    def have_posts_at(self, places: np.ndarray) -> np.ndarray:
+        """(k,) whether places (k, 2), m, are where a doorway's posts may stand."""
+        along, across = self._off(places)
+        return ((along > 0.5 * NARROWEST) & (along < 0.5 * WIDEST) & (across < POST_DEEP)).any(1)
 
     def hold(self, places: np.ndarray, body_width: float = 0.0) -> np.ndarray:
         """(k,) whether places (k, 2), m, are in the way through a doorway of a body so wide, m; 0: not known."""

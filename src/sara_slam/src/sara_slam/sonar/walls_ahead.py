@@ -181,8 +181,11 @@ class WallsAhead:
             found.append(line[: int(np.argmin(np.append(shut, False)))])
         flat = [line for since, line in self._faces if self._now - since <= FACE_KEPT_S]
         flat += [line for since, line in self._too_near.values() if self._now - since <= WALL_KEPT_S]
-        found += [self._shut(line) for line in flat]
-        found = [line for line in found if len(line)]
+        flat = [line for line in map(self._shut, flat) if len(line)]
+        if flat:  # a post seems to come nearer as the robot drives up to it
+            posts = doorways.have_posts_at(np.array([line[0] for line in flat]))
+            flat = [line for line, post in zip(flat, posts) if not post]
+        found = [line for line in found if len(line)] + flat
         near = _near(np.concatenate(found), np.array(trail), self._config) if found and len(trail) else np.empty((0, 3))
         return [line[: int(np.argmax(np.append(self._walked(line, near), True)))] for line in found]
 

@@ -1,0 +1,41 @@
+"""Which way the walls of a map face, and those that may stand at its borders on the unknown."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from scipy.ndimage import gaussian_filter
+
+from sara_slam.exploring.cones import FREE_CELL, WALL_CELL
+
+SMOOTH = 2.0
+"""Cells about a border by which its direction is told."""
+ENOUGH, SQUARE = 60, 0.4
+"""Cells of walls, and length of the mean of four times their directions, from which on they are those of a building
+with walls square to each other.
+"""
+
+
+def normals(kinds: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """float32 (rows, columns) x and y of unit vectors to the free side, of uint8 (rows, columns) FREE_CELL and so on.
+
+    Where free space ends at the unknown tells where sensors looked, and not how a wall beyond lies: in a building with
+    walls square to each other it faces the one of their directions that is next.
+    """
+    free = kinds == FREE_CELL
+    y, x = np.gradient(gaussian_filter(free.astype(np.float32), SMOOTH))
+    angles, walls = np.arctan2(y, x), kinds == WALL_CELL
+    angles = np.where(walls, angles, _squared(angles, angles[walls], np.hypot(x, y)[walls]))
+    return np.cos(angles).astype(np.float32), np.sin(angles).astype(np.float32)
+
+
+def _squared(angles, walls, weights):
+    """Angles (rad) turned to the next of the directions that most walls face. weights: of the walls' angles."""
+    if len(walls) < ENOUGH or not weights.any():
+        return angles
+    mean = (weights * np.exp(4j * walls)).sum() / weights.sum()
+    if abs(mean) < SQUARE:
+        return angles
+    first, quarter = 0.25 * np.angle(mean), 0.5 * math.pi
+    return first + np.round((angles - first) / quarter) * quarter
