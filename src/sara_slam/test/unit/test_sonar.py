@@ -13,7 +13,16 @@ from sara_slam.sonar import arrow_system, evidence_grid, wall_search
 from sara_slam.sonar.doorways import Doorways, doorways, in_doorway
 from sara_slam.sonar.drawing import Directions
 from sara_slam.sonar.echo_points import other_points
-from sara_slam.sonar.forward_model import EDGE, NEARER, Heard, driven_over, glances, looked_through, unexplained
+from sara_slam.sonar.forward_model import (
+    EDGE,
+    NEARER,
+    SILENT,
+    Heard,
+    driven_over,
+    glances,
+    looked_through,
+    unexplained,
+)
 from sara_slam.sonar.short_walls import short_walls
 from sara_slam.sonar.sonar_config import SonarConfig
 from sara_slam.sonar.sonar_slam import SonarSlam
@@ -343,14 +352,25 @@ def test_a_piece_that_is_looked_through_is_not_there():
     assert not ((in_front[:, 0] > 1.2) & (in_front[:, 0] < 1.8)).any()
 
 
-def test_nobody_looks_through_a_wall_at_what_is_behind_it():
+@pytest.mark.parametrize(('far', 'goes_on'), [(math.inf, True), (2.0, False)])
+def test_a_wall_goes_on_though_an_echo_or_two_got_lost_but_not_where_something_farther_was_heard(far, goes_on):
+    along = np.r_[np.linspace(0.0, 2.0, 161), 2.15, 2.2]
+    sensors = np.stack((along, 0.0 * along, np.full(163, 0.5 * math.pi)), 1)
+    ranges = np.r_[np.ones(161), far, far]
+    pieces = wall_pieces(SonarConfig(), Heard(sensors, ranges), np.array([[-0.5 * math.pi, -1.0]]))
+    ends = pieces[np.abs(pieces[:, 1] - 1.0) < 0.1, 0].max()
+    assert ends > 2.2 if goes_on else ends < 2.1
+
+
+@pytest.mark.parametrize(('far', 'counts'), [(math.inf, SILENT), (2.0, 1.0)])
+def test_nobody_looks_through_a_wall_at_what_is_behind_it(far, counts):
     piece = np.array([[1.0, 1.0, -1.0, 0.0]])
-    heard = Heard(np.array([[0.0, 0.0, 0.25 * math.pi]]), np.array([math.inf]))
+    heard = Heard(np.array([[0.0, 0.0, 0.25 * math.pi]]), np.array([far]))
     looks = glances(SonarConfig(), heard, piece)
     along = np.arange(0.2, 1.0, 0.05)
     wall = np.stack((along, 0.0 * along + 0.5, 0.0 * along, 0.0 * along - 1.0), 1)
     beside = wall + (0.0, 1.0, 0.0, 0.0)
-    for before, count in ((np.empty((0, 4)), 1), (wall, 0), (beside, 1)):
+    for before, count in ((np.empty((0, 4)), counts), (wall, 0.0), (beside, counts)):
         assert looked_through(SonarConfig(), heard, piece, looks, before).tolist() == [count]
 
 

@@ -1,9 +1,9 @@
 """From where range sensors with wide cones would hear what is not known yet: the next place to drive to is that from
 which most is expected for the time that it takes.
 
-What is expected is the border of free space on the unknown, in m, if a wall stands at it or soon beyond, and the sensors
-face that squarely from there. Each time that they have faced a piece of it and the map still does not know it, half as
-much is expected of that piece.
+What is expected is the border of free space on the unknown, in m, if a wall stands at it or soon beyond, and the
+sensors face that squarely from there. Each time that they have faced a piece of it and the map still does not know it,
+half as much is expected of that piece.
 """
 
 from __future__ import annotations

@@ -22,6 +22,8 @@ THROUGH = 0.3
 """Readings that looked through a piece, for each that was of it, from which on it is not there."""
 GLIMPSES = 1
 """Readings that may have looked through what nobody heard."""
+SILENT = 0.5
+"""What a reading without an echo counts, for some echoes get lost."""
 SIDE = 0.12
 """m from a sensor, or from what it may hear, from which on a wall hides that."""
 SLACK = 1e-6
@@ -119,10 +121,11 @@ def looked_through(
     config: SonarConfig, heard: Heard, pieces: np.ndarray, glances: Glances, before: np.ndarray
 ) -> np.ndarray:
     """(n,) how many of the glances at pieces (n, 4) went there, as far as other pieces, before (m, 4), do not stand in
-    between.
+    between; those without an echo count SILENT.
     """
     clear = in_sight(config, heard.sensors[glances.reading, :2], pieces[glances.piece, :2], before)
-    return np.bincount(glances.piece[clear], minlength=len(pieces)).astype(float)
+    counts = np.where(np.isinf(heard.ranges[glances.reading[clear]]), SILENT, 1.0)
+    return np.bincount(glances.piece[clear], counts, len(pieces))
 
 
 def in_sight(config: SonarConfig, eyes: np.ndarray, places: np.ndarray, before: np.ndarray) -> np.ndarray:
