@@ -17,7 +17,7 @@ from actionlib_msgs.msg import GoalStatus, GoalStatusArray
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseStamped
 from move_base_msgs.msg import MoveBaseAction, MoveBaseActionResult, MoveBaseGoal
-from nav_msgs.msg import OccupancyGrid
+from nav_msgs.msg import OccupancyGrid, Path
 from nav_msgs.srv import GetMap
 from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage
@@ -27,6 +27,16 @@ from sara_nav.ros.robot_inputs import RobotInputs
 
 sys.path.append(os.path.join(os.path.dirname(os.path.realpath(__file__)), 'support'))
 from fake_robot import FakeRobot, stamped  # noqa: E402
+
+
+def keep_out(x, y, value=100):
+    """A mask of 0.4 m square about a place."""
+    msg = OccupancyGrid()
+    msg.header.frame_id = 'map'
+    msg.info.resolution, msg.info.width, msg.info.height = 0.05, 8, 8
+    msg.info.origin.position.x, msg.info.origin.position.y, msg.info.origin.orientation.w = x - 0.2, y - 0.2, 1.0
+    msg.data = [value] * 64
+    return msg
 
 
 class NavigationTest(unittest.TestCase):
@@ -136,6 +146,27 @@ class NavigationTest(unittest.TestCase):
         self.start_driving()
         state, _ = self.ask(stamped(self.robot.x + 1.0, 1.0, 0.0))
         self.assertEqual(state, GoalStatus.SUCCEEDED)
+
+    def test_a_mask_is_planned_on_where_it_lies_on_the_plan(self):
+        plans, heard = [], rospy.Subscriber('move_base/LatticePlanner/plan', Path, lambda plan: plans.append(plan))
+        masks = rospy.Publisher('keepout_filter_mask', OccupancyGrid, queue_size=1)
+        while not (masks.get_num_connections() and heard.get_num_connections()):
+            rospy.sleep(0.05)
+        self.start_driving()
+        before = len(plans)
+        for k in range(10):
+            masks.publish(keep_out(1.0 + 0.1 * k, 5.0))
+            rospy.sleep(0.2)
+        self.assertEqual(len(plans), before)
+        masks.publish(keep_out(self.robot.x + 1.5, 1.0))
+        end = rospy.Time.now() + rospy.Duration(5.0)
+        while len(plans) == before:
+            self.assertLess(rospy.Time.now(), end, 'a mask on the plan is not planned on')
+            rospy.sleep(0.05)
+        self.client.cancel_goal()
+        masks.publish(keep_out(0.0, 0.0, 0))
+        heard.unregister()
+        masks.unregister()
 
     def test_refusals_say_why(self):
         nan, flat = stamped(2.0, 1.0, 0.0), stamped(2.0, 1.0, 0.0)

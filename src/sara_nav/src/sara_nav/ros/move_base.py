@@ -78,7 +78,7 @@ class MoveBaseNode:
             'global': CostmapShell(settings.global_costmap, self.machine.global_costmap, self.tf, self.lock),
             'local': CostmapShell(settings.local_costmap, self.machine.local_costmap, self.tf, self.lock),
         }
-        self._maps = self._map_arrays()
+        self._drawn = self._maps_and_masks()
         on_shutdown(self.stop)
 
     # -- messages in -------------------------------------------------------------------------------------------
@@ -174,22 +174,26 @@ class MoveBaseNode:
         return self.goals.waiting or rospy.is_shutdown()
 
     def _take_in(self, now):
-        """Hand what sensors and map servers sent to the costmaps; a new map is planned on at once."""
+        """Hand what sensors and map servers sent to the costmaps; a new map is planned on at once, and a new mask, too,
+        without replan_when_blocked, which looks whether it lies on the plan.
+        """
         # before there is a server, a first map is waited for
         listen = self.machine.costmaps_run or not self.goals.listening
         for shell in self.shells.values():
             (shell.inputs.start if listen else shell.inputs.stop)()
             shell.take_in(now)
-        maps = self._map_arrays()
-        if any(new is not old for new, old in zip(maps, self._maps)):
+        before, self._drawn = self._drawn, self._maps_and_masks()
+        maps, masks = (any(new is not old for new, old in zip(*pair)) for pair in zip(self._drawn, before))
+        if maps or masks and not self.machine.config.replan_when_blocked:
             self.machine.replan()
-        self._maps = maps
 
-    def _map_arrays(self):
-        """Return what static layers and keep-out filters hold: other objects once another map or mask came."""
+    def _maps_and_masks(self):
+        """What static layers, and what keep-out filters hold: other objects once another map or mask came."""
         costmaps = (self.machine.global_costmap, self.machine.local_costmap)
-        maps = [getattr(layer, 'costs', None) for costmap in costmaps for layer in costmap.map_layers.values()]
-        return maps + [layer.mask for costmap in costmaps for layer in costmap.keepout_layers.values()]
+        return (
+            [getattr(layer, 'costs', None) for costmap in costmaps for layer in costmap.map_layers.values()],
+            [layer.mask for costmap in costmaps for layer in costmap.keepout_layers.values()],
+        )
 
     def _cycle(self):
         now = rospy.Time.now()
