@@ -148,7 +148,8 @@ class NavigationTest(unittest.TestCase):
         self.assertEqual(state, GoalStatus.SUCCEEDED)
 
     def test_a_mask_is_planned_on_where_it_lies_on_the_plan(self):
-        plans, heard = [], rospy.Subscriber('move_base/LatticePlanner/plan', Path, lambda plan: plans.append(plan))
+        plans = []
+        heard = rospy.Subscriber('move_base/LatticePlanner/plan', Path, plans.append)
         masks = rospy.Publisher('keepout_filter_mask', OccupancyGrid, queue_size=1)
         while not (masks.get_num_connections() and heard.get_num_connections()):
             rospy.sleep(0.05)

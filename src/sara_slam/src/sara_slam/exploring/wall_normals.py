@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 from scipy.ndimage import gaussian_filter
 
 from sara_slam.exploring.cones import FREE_CELL, WALL_CELL
+from sara_slam.sonar.square_walls import heading_of, squared
 
 SMOOTH = 2.0
 """Cells about a border by which its direction is told."""
 ENOUGH, SQUARE = 60, 0.4
-"""Cells of walls, and length of the mean of four times their directions, from which on they are those of a building
-with walls square to each other.
+"""Cells of walls, and size of their heading_of for each weight, from which on they are those of a building with walls
+square to each other.
 """
 
 
@@ -26,16 +25,8 @@ def normals(kinds: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     free = kinds == FREE_CELL
     y, x = np.gradient(gaussian_filter(free.astype(np.float32), SMOOTH))
     angles, walls = np.arctan2(y, x), kinds == WALL_CELL
-    angles = np.where(walls, angles, _squared(angles, angles[walls], np.hypot(x, y)[walls]))
+    weights = np.hypot(x, y)[walls]
+    heading = heading_of(angles[walls], weights)
+    if len(weights) >= ENOUGH and abs(heading) > SQUARE * weights.sum():
+        angles = np.where(walls, angles, squared(angles, heading))
     return np.cos(angles).astype(np.float32), np.sin(angles).astype(np.float32)
-
-
-def _squared(angles, walls, weights):
-    """Angles (rad) turned to the next of the directions that most walls face. weights: of the walls' angles."""
-    if len(walls) < ENOUGH or not weights.any():
-        return angles
-    mean = (weights * np.exp(4j * walls)).sum() / weights.sum()
-    if abs(mean) < SQUARE:
-        return angles
-    first, quarter = 0.25 * np.angle(mean), 0.5 * math.pi
-    return first + np.round((angles - first) / quarter) * quarter

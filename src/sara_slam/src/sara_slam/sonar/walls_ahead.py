@@ -23,6 +23,7 @@ from sara_slam.sonar.drawing import Pose
 from sara_slam.sonar.face_search import face, points
 from sara_slam.sonar.forward_model import EDGE
 from sara_slam.sonar.sonar_config import SonarConfig
+from sara_slam.sonar.square_walls import heading_of, squared
 from sara_slam.sonar.wall_filter import WallFilter, foot
 
 WALL_BEYOND, FACE_BEYOND, BEHIND = 0.8, 0.4, 0.1
@@ -150,18 +151,14 @@ class WallsAhead:
             if 0.0 < (rx * dy - ry * dx) * math.copysign(1.0, facing) < TOO_NEAR * self._config.range_min_range:
                 end = along + self._to_front(mount) + FACE_BEYOND
                 return line[0] + np.arange(along - BEHIND, end, STEP)[:, None] * (dx, dy)
-        far, yaw = TAKEN_FOR * self._config.range_min_range, self._square()
+        far = TAKEN_FOR * self._config.range_min_range
+        yaw = float(squared(self._filter.pose[2], heading_of(self._filter.walls[:, 0])))
         end = math.copysign(1.0, mount[0])
         dx, dy = end * math.cos(yaw), end * math.sin(yaw)
         begin = x + far * math.cos(axis), y + far * math.sin(axis)
         line = begin + np.arange(0.0, 0.5 * self._config.body_length - abs(mount[0]), STEP)[:, None] * (dx, dy)
         self._face_of[name] = line
         return line
-
-    def _square(self):
-        """The robot's heading (rad), turned by 45 deg at most to where most walls are along or across it."""
-        yaw = self._filter.pose[2]
-        return yaw + 0.25 * float(np.angle(np.exp(4j * (self._filter.walls[:, 0] - yaw)).sum()))
 
     def _pieces(self, trail, doorways):
         """Points (n, 2) m of each thing beside the robot, STEP apart; trail: where it has been; doorways: Doorways."""
@@ -181,16 +178,17 @@ class WallsAhead:
             found.append(line[: int(np.argmin(np.append(shut, False)))])
         flat = [line for since, line in self._faces if self._now - since <= FACE_KEPT_S]
         flat += [line for since, line in self._too_near.values() if self._now - since <= WALL_KEPT_S]
-        flat = [line for line in map(self._shut, flat) if len(line)]
-        if flat:  # a post seems to come nearer as the robot drives up to it
-            posts = doorways.have_posts_at(np.array([line[0] for line in flat]))
-            flat = [line for line, post in zip(flat, posts) if not post]
-        found = [line for line in found if len(line)] + flat
+        found += [self._shut(line, doorways) for line in flat]
+        found = [line for line in found if len(line)]
         near = _near(np.concatenate(found), np.array(trail), self._config) if found and len(trail) else np.empty((0, 3))
         return [line[: int(np.argmax(np.append(self._walked(line, near), True)))] for line in found]
 
-    def _shut(self, line):
-        """A flat thing's points (n, 2) up to where a sensor looked through it squarely."""
+    def _shut(self, line, doorways):
+        """A flat thing's points (n, 2) up to where a sensor looked through it squarely. A doorway's post has none: it
+        seems to come nearer as the robot drives up to it.
+        """
+        if doorways.have_posts_at(line[:1]).any():
+            return line[:0]
         if len(line) < 2 or not self._looks:
             return line
         x, y, axis, distance = np.array([look[1:] for look in self._looks]).T
