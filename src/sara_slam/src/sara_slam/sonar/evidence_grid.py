@@ -49,8 +49,8 @@ CORNER, SQUARE = 0.75, 0.9
 """m from the corner of two walls up to which both are believed to reach it, unless somebody looked through; sine of the
 angle between such walls at least.
 """
-GOES_ON = 5
-"""Pieces by which a wall goes on beyond what was heard of it."""
+GOES_ON = HOLE // 2
+"""Pieces by which a wall goes on beyond what was heard of it: two that do so close such a hole."""
 NEAR_FEET = 0.6
 """m along a wall from the nearest foot of a sensor up to which an echo may be of it."""
 FREE_HALF = math.radians(12.0)
