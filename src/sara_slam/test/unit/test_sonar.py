@@ -411,7 +411,7 @@ def test_a_short_wall_is_found_in_echoes_from_several_places():
     assert np.allclose(spans, (0.0, 0.3))
     pieces = wall_pieces(SonarConfig(), rest, np.array([[math.pi, -9.0]]))
     assert np.allclose(pieces[:, 1], 1.0, atol=0.01)
-    assert 0.3 < np.ptp(pieces[:, 0]) < 0.9
+    assert np.ptp(pieces[:, 0]) == pytest.approx(0.3 + 2 * evidence_grid.GOES_ON * evidence_grid.PIECE)
 
 
 @pytest.mark.parametrize('rest', (side(np.full(20, 0.1)), side(np.linspace(0.0, 0.3, 5))), ids=('place', 'few'))
