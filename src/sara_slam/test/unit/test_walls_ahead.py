@@ -209,6 +209,19 @@ def test_a_post_of_a_doorway_of_the_map_does_not_go_on(known):
     assert np.isfinite(far).sum() > 3 and (len(cells) == 0) == known
 
 
+@pytest.mark.parametrize(('line', 'goes_on'), [(0.2, True), (0.7, False)])
+def test_what_is_beside_a_doorway_goes_on_once_the_robot_is_past_the_walls_line(line, goes_on):
+    """A gap between two tables is a doorway, too, whose posts are as long as the tables."""
+    x = np.arange(0.0, 0.4, 0.05)
+    far = (0.72 - 0.3 * (x + FRONT[0]) - FRONT[1]) / math.hypot(1.0, 0.3)
+    slam, _ = beside([(px, 0.0, 0.0) for px in x.tolist()], far.tolist())
+    for tangent in ((0.0, 1.0), (0.0, -1.0)):
+        doorways = Doorways(np.array([(line, 0.0)]), np.array([tangent]))
+        cells = occupied(slam._ahead.mask(slam.first_guess, HOME, doorways))
+        assert bool(len(cells)) == goes_on
+        assert not goes_on or cells[:, 0].max() > x[-1] + 0.54 + 0.2
+
+
 def test_what_came_nearer_does_so_where_it_is_too_near_to_be_measured():
     slope, at, steps = 0.25, 0.66, 12
     x = 0.05 * np.arange(steps)

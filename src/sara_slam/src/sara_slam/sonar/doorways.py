@@ -47,10 +47,14 @@ class Doorways(NamedTuple):
         along, across = self._off(places)
         return ((along < 0.5 * WIDE) & (along > 0.5 * POST * WIDE) & (across < DEEP)).any(1)
 
-    def have_posts_at(self, places: np.ndarray) -> np.ndarray:
-        """(k,) whether places (k, 2), m, are where a doorway's posts may stand."""
-        along, across = self._off(places)
-        return ((along > 0.5 * NARROWEST) & (along < 0.5 * WIDEST) & (across < POST_DEEP)).any(1)
+    def have_post_at(self, place: np.ndarray, toward: np.ndarray) -> bool:
+        """Whether a place (2,), m, is where a doorway's post may stand, before the wall's line for a robot that drives
+        toward (2,).
+        """
+        along, across = self._off(place[None])
+        (dx, dy), (ox, oy), (tx, ty) = toward, (self.middles - place).T, self.tangents.T
+        before = (dx * ty - dy * tx) * (ox * ty - oy * tx) > 0.0
+        return bool(((along > 0.5 * NARROWEST) & (along < 0.5 * WIDEST) & (across < POST_DEEP) & before).any())
 
     def hold(self, places: np.ndarray, body_width: float = 0.0) -> np.ndarray:
         """(k,) whether places (k, 2), m, are in the way through a doorway of a body so wide, m; 0: not known."""

@@ -3,8 +3,8 @@ robot's front comes to, and a map is drawn too seldom to tell in time.
 
 Walls that are known go on as far as no sensor looked through them, to the next doorway of the map, and as far as the
 body has not been where they would be. Other flat things do, too, if the robot comes nearer to them, but not what is
-heard where a doorway's posts are. What is too near to be measured goes on as it did when it was measured; where nothing
-is known of it, it is taken to stand beside the robot, square to the walls.
+heard where a doorway's posts are, until the robot is past the wall's line. What is too near to be measured goes on as
+it did when it was measured; where nothing is known of it, it is taken to stand beside the robot, square to the walls.
 """
 
 from __future__ import annotations
@@ -187,12 +187,14 @@ class WallsAhead:
         """A flat thing's points (n, 2) up to where a sensor looked through it squarely. A doorway's post has none: it
         seems to come nearer as the robot drives up to it.
         """
-        if doorways.have_posts_at(line[:1]).any():
+        if len(line) < 2:
+            return line
+        along = (line[1] - line[0]) / math.dist(*line[:2])
+        if doorways.have_post_at(line[0], along):
             return line[:0]
-        if len(line) < 2 or not self._looks:
+        if not self._looks:
             return line
         x, y, axis, distance = np.array([look[1:] for look in self._looks]).T
-        along = (line[1] - line[0]) / math.dist(*line[:2])
         dx, dy = line[0, 0] - x, line[0, 1] - y
         step = np.round(-(dx * along[0] + dy * along[1]) / STEP)
         across = dy * along[0] - dx * along[1]  # to the left of the line's way
