@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from sara_control.gate.comfort import Comfort, Profile
 from sara_control.gate.gate_config import GateConfig
 from sara_control.gate.reasons import Reason, State
-from sara_control.gate.safety import Command, Decision, Inputs, SafetyGate, _recent
+from sara_control.gate.safety import LONGEST_STEP, Command, Decision, Inputs, SafetyGate, _recent
 from sara_control.zones.caution import CautionConfig
 from sara_control.zones.zone_config import RangeSensor, ZoneConfig
 from sara_control.zones.zones import Zones
@@ -644,6 +644,30 @@ def test_late_commands_near_an_obstacle():
     see(bench, 'F', 0.7)
     bench.silence()
     assert bench.step(14).state is State.FADING
+
+
+# -- pauses of the gate itself
+# ---------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ('pause', 'timeout', 'left'), [(0.2, 0.25, 0.4), (0.35, 0.25, 0.25), (0.6, 0.25, 0.0), (0.6, 0.0, 0.4)]
+)
+def test_after_a_pause_it_goes_on_from_the_speed_that_wheels_without_commands_have_left(pause, timeout, left):
+    bench = Bench(dataclasses.replace(CONFIG, wheels_timeout=timeout)).driving(0.4)
+    decision = bench.step(dt=pause)
+    assert decision.state is State.DRIVING
+    assert left <= decision.v <= left + bench.comfort.profile.jerk * LONGEST_STEP**2 + 1e-9
+
+
+def test_after_a_pause_as_long_as_the_wheels_wait_it_goes_on_as_it_did():
+    def speed(timeout):
+        bench = Bench(dataclasses.replace(CONFIG, wheels_timeout=timeout))
+        bench.ask(0.0).step(dt=1 / 64)
+        bench.ask(0.8).step(32, dt=1 / 64)
+        return bench.step(dt=0.25).v
+
+    assert speed(0.25) == speed(0.0) > 0.0
 
 
 # -- the required times, with wheels of a lag of 0.1 s ----------------------------------------------------------

@@ -16,15 +16,16 @@ class GateConfig:
     """Times in s; with a timeout of 0 an input is not watched. Decelerations in m/s2 and rad/s2.
 
     command_timeout: then the chair slows down gently; command_hard_timeout: then it brakes hard and needs a fresh
-    command.
-    fresh_silence: pause after which the next command is a fresh one. localization_for: sources that need
-    to know where the chair is. rest_speed: m/s.
+    command. wheels_timeout: after so long without a step of the gate the wheels brake by themselves; 0: they do not.
+    fresh_silence: pause after which the next command is a fresh one. localization_for: sources that need to know where
+    the chair is. rest_speed: m/s.
     """
 
     emergency_braking: float = 1.5
     emergency_turn_braking: float = 3.0
     command_timeout: float = 0.25
     command_hard_timeout: float = 0.45
+    wheels_timeout: float = 0.25
     fresh_silence: float = 1.0
     bus_timeout: float = 0.25
     encoder_timeout: float = 0.25
@@ -46,7 +47,14 @@ class GateConfig:
                 'rest_speed',
             ),
         )
-        for name in ('bus_timeout', 'encoder_timeout', 'imu_timeout', 'range_timeout', 'localization_timeout'):
+        for name in (
+            'wheels_timeout',
+            'bus_timeout',
+            'encoder_timeout',
+            'imu_timeout',
+            'range_timeout',
+            'localization_timeout',
+        ):
             if not (is_number(getattr(self, name)) and getattr(self, name) >= 0):
                 faults.append(
                     f'{name} is {getattr(self, name)!r}, allowed are numbers above 0, and 0 for what is not there'

@@ -131,6 +131,8 @@ class SafetyGate:
             self._gave_up = t
         elapsed, self._last = t - (t if self._last is None else self._last), t
         dt = min(max(elapsed, 0.0), LONGEST_STEP)
+        if elapsed > self.config.wheels_timeout > 0.0:
+            self._brake(elapsed - self.config.wheels_timeout)
         if self._armed and command is not None and command.stamp < self._armed_at:
             command = None  # it was void when the chair became ready, and stays so
         if backlog:
@@ -143,7 +145,7 @@ class SafetyGate:
             self.comfort.rest()
             return self._decision(State.MANUAL, problem, give_up)
         if self.comfort.moving:
-            self.comfort.brake(dt, self.config.emergency_braking, self.config.emergency_turn_braking)
+            self._brake(dt)
             return self._decision(State.BRAKING, self._cause, give_up)
         if problem is not None:
             return self._decision(State.HELD, problem, give_up)
@@ -238,6 +240,10 @@ class SafetyGate:
             return False
         self._blocked_for = 0.0
         return True
+
+    def _brake(self, dt):
+        """Hard, for dt (s)."""
+        self.comfort.brake(dt, self.config.emergency_braking, self.config.emergency_turn_braking)
 
     def _side(self, sensor):
         return Reason[self.zones.side(sensor).upper()]
