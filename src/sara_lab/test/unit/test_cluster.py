@@ -4,6 +4,7 @@ import functools
 import sys
 from concurrent.futures import CancelledError
 
+import distributed
 import pytest
 
 from sara_lab.campaign import campaign
@@ -53,6 +54,17 @@ def test_a_scheduler_that_never_answers_is_an_error(monkeypatch):
     monkeypatch.setattr(cluster, 'CONNECT_S', 0.2)
     with pytest.raises(ClusterError, match='no scheduler answers'):
         list(Cluster('tcp://127.0.0.1:9', 'sara_abc').each(str, [1]))
+
+
+def test_a_scheduler_that_answers_slowly_is_waited_for(monkeypatch):
+    def client(_, timeout, **__):
+        if timeout < 15.0:
+            raise TimeoutError
+        return timeout
+
+    monkeypatch.setattr(distributed, 'Client', client)
+    monkeypatch.setattr(cluster, '_POLL_S', 0.0)
+    assert Cluster('tcp://127.0.0.1:9', 'sara_abc')._client() == 20.0
 
 
 def test_work_is_lost_in_vain_only_so_often(monkeypatch, capsys):

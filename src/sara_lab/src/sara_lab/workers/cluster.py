@@ -32,7 +32,7 @@ Item, Result = TypeVar('Item'), TypeVar('Result')
 CERTIFICATE, KEY = 'certificate.pem', 'key.pem'  # in the folder that all parties have
 MAX_BATCHES = 1000  # that a scheduler is given at once: it keeps some kB of each
 WAIT_S = 120.0  # for a scheduler, for a worker
-CONNECT_S = 5.0  # for one try of it
+CONNECT_S = 5.0  # for the first try of it; each other one may last twice as long: TLS takes slow machines a while
 IN_VAIN = 5  # losses one after another without any work done between
 _POLL_S = 0.5
 
@@ -90,13 +90,14 @@ class Cluster:
         """A client of the scheduler, which is waited for. Raises ClusterError."""
         from distributed import Client
 
-        end = time.monotonic() + WAIT_S
+        end, limit = time.monotonic() + WAIT_S, CONNECT_S
         while True:
             try:
-                return Client(self.address, timeout=CONNECT_S, security=security(self.tls), set_as_default=False)
+                return Client(self.address, timeout=limit, security=security(self.tls), set_as_default=False)
             except OSError as error:  # TimeoutError too
                 if time.monotonic() > end:
                     raise ClusterError(f'no scheduler answers at {self.address}: {error}') from error
+                limit *= 2.0
                 time.sleep(_POLL_S)
 
     def _wait_for_worker(self, client):
