@@ -18,6 +18,7 @@ sys.path.append(os.path.join(os.path.dirname(os.path.realpath(__file__)), 'suppo
 
 import rospy  # noqa: E402
 import rostest  # noqa: E402
+import tf2_ros  # noqa: E402
 import yaml  # noqa: E402
 from diagnostic_msgs.msg import DiagnosticArray  # noqa: E402
 from geometry_msgs.msg import (  # noqa: E402
@@ -25,6 +26,7 @@ from geometry_msgs.msg import (  # noqa: E402
     PoseWithCovariance,
     PoseWithCovarianceStamped,
     Quaternion,
+    TransformStamped,
     Vector3Stamped,
 )
 from pty_adapter import wait_until  # noqa: E402
@@ -315,6 +317,41 @@ class ReadTest(unittest.TestCase):
         bus.set_pose.publish(nothing)
         bus.turn(5)
         self.assertAlmostEqual(math.remainder(yaw() - 2.4, math.tau), 0.0, delta=0.01)
+
+    def test_set_pose_in_another_frame_is_turned_into_the_map_or_ignored(self):
+        """As the filter does, which hears it too."""
+        bus, reader = self.bus, 'reader: frames to readings'
+
+        def pose(frame, yaw, variance=0.1):
+            made = PoseWithCovarianceStamped()
+            made.header.frame_id = frame
+            made.pose.pose.orientation.z, made.pose.pose.orientation.w = math.sin(0.5 * yaw), math.cos(0.5 * yaw)
+            made.pose.covariance[0] = variance
+            return made
+
+        def off(yaw):
+            q = bus.got['imu/data'][-1].orientation
+            return abs(math.remainder(2.0 * math.atan2(q.z, q.w) - yaw, math.tau))
+
+        def ignored():
+            found = {value.key: value.value for value in bus.statuses[reader].values} if reader in bus.statuses else {}
+            return int(found.get('set_pose_implausible', 0))
+
+        tf = tf2_ros.StaticTransformBroadcaster()
+        odom = TransformStamped(child_frame_id='odom')
+        odom.header.frame_id = 'map'
+        odom.transform.rotation = pose('', 0.5).pose.pose.orientation
+        tf.sendTransform(odom)
+        bus.set_pose.publish(pose('odom', 0.4))
+        self.assertTrue(bus.turn_until(lambda: off(0.9) < 0.01, turns=200))
+        bus.turn_until(lambda: False, turns=10)
+        before = ignored()
+        bus.set_pose.publish(pose('world', 2.0))
+        bus.set_pose.publish(pose('map', 2.0, math.nan))
+        self.assertTrue(bus.turn_until(lambda: ignored() == before + 2))
+        self.assertLess(off(0.9), 0.01)
+        bus.set_pose.publish(pose('/map', 0.2))
+        self.assertTrue(bus.turn_until(lambda: off(0.2) < 0.01, turns=50))
 
     def test_the_calibration_at_start_is_saved_if_asked_for_whatever_was_in_the_file(self):
         bus = self.bus

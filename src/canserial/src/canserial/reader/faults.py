@@ -37,7 +37,7 @@ KINDS = {
     'compass_disturbed': "magnetic fields that are not the earth's: steel or a current is near, the gyroscope goes on",
     'compass_contradicts': 'magnetic fields that contradict the gyroscope, which goes on',
     'compass_restarts': 'new beginnings of the heading, after fields that contradicted the gyroscope on a long way',
-    'set_pose_implausible': 'poses on /set_pose without a yaw or a time',
+    'set_pose_implausible': 'poses on /set_pose that are none, or without a time, or in a frame that is not known',
 }
 
 
