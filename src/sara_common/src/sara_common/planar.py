@@ -14,6 +14,8 @@ if TYPE_CHECKING:
     import numpy as np
 
 TWO_PI = 2.0 * math.pi
+LEVEL = math.acos(1.0 - 1e-3)
+"""rad by which a pose on the ground may tip the vertical: 2.6 deg, the limit of the C++ peer."""
 
 
 class Quaternion(Protocol):
@@ -112,11 +114,11 @@ class Pose2D(NamedTuple):
         return Pose2D(*advanced(self.x, self.y, self.yaw, v, w, dt))
 
 
-def yaw_from_quaternion(x: float, y: float, z: float, w: float) -> float:
+def yaw_from_quaternion(x: float, y: float, z: float, w: float, tilt: float = LEVEL) -> float:
     """Return the yaw (rad) of a quaternion that stands for a planar rotation.
 
     Raises ValueError with the reason when the quaternion holds a NaN or infinity, is far from unit
-    length (more than 10 %), or tips the vertical by more than 2.6 deg, the limit of the C++ peer.
+    length (more than 10 %), or tips the vertical by more than ``tilt`` (rad).
     """
     if not all(math.isfinite(q) for q in (x, y, z, w)):
         raise ValueError('the orientation holds a NaN or an infinity')
@@ -124,7 +126,7 @@ def yaw_from_quaternion(x: float, y: float, z: float, w: float) -> float:
     if abs(norm - 1.0) > 0.1:
         raise ValueError(f'the orientation is not a unit quaternion (its length is {norm:.3g})')
     x, y, z, w = x / norm, y / norm, z / norm, w / norm
-    if abs(1.0 - 2.0 * (x * x + y * y) - 1.0) > 1e-3:
+    if 2.0 * (x * x + y * y) > 1.0 - math.cos(tilt):
         raise ValueError('the orientation is not a rotation about the vertical')
     return math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
 

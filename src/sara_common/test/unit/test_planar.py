@@ -122,6 +122,17 @@ def test_bad_quaternions_are_refused(quaternion, reason):
         yaw_from_quaternion(*quaternion)
 
 
+@given(st.floats(-3.0, 3.0), st.floats(0.05, 0.5))
+def test_on_a_slope_the_yaw_is_that_of_the_way_up(yaw, pitch):
+    (s, c), (sp, cp) = ((math.sin(0.5 * angle), math.cos(0.5 * angle)) for angle in (yaw, pitch))
+    quaternion = -s * sp, c * sp, s * cp, c * cp
+    with pytest.raises(ValueError, match='vertical'):
+        yaw_from_quaternion(*quaternion)
+    assert yaw_from_quaternion(*quaternion, tilt=pitch + 1e-6) == pytest.approx(yaw)
+    with pytest.raises(ValueError, match='vertical'):
+        yaw_from_quaternion(*quaternion, tilt=pitch - 1e-3)
+
+
 def test_between_two_poses_it_turns_the_short_way_round():
     a, b = (0.0, 0.0, 3.0), (2.0, 4.0, -3.0)
     assert between(a, b, 0.0) == a and between(a, b, 0.5) == pytest.approx((1.0, 2.0, math.pi))

@@ -15,6 +15,7 @@ import rospy
 import rostest
 from actionlib_msgs.msg import GoalStatus, GoalStatusArray
 from diagnostic_msgs.msg import DiagnosticArray
+from dynamic_reconfigure.client import Client
 from geometry_msgs.msg import PoseStamped
 from move_base_msgs.msg import MoveBaseAction, MoveBaseActionResult, MoveBaseGoal
 from nav_msgs.msg import OccupancyGrid, Path
@@ -22,6 +23,7 @@ from nav_msgs.srv import GetMap
 from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage
 
+from sara_common.ros.clock import Clock
 from sara_nav.ros.common import TransformListener
 from sara_nav.ros.robot_inputs import RobotInputs
 
@@ -30,11 +32,11 @@ from fake_robot import FakeRobot, stamped  # noqa: E402
 
 
 def keep_out(x, y, value=100):
-    """A mask of 0.4 m square about a place."""
+    """A mask of 0.4 m square about a place, without an orientation, as messages are made."""
     msg = OccupancyGrid()
     msg.header.frame_id = 'map'
     msg.info.resolution, msg.info.width, msg.info.height = 0.05, 8, 8
-    msg.info.origin.position.x, msg.info.origin.position.y, msg.info.origin.orientation.w = x - 0.2, y - 0.2, 1.0
+    msg.info.origin.position.x, msg.info.origin.position.y = x - 0.2, y - 0.2
     msg.data = [value] * 64
     return msg
 
@@ -215,12 +217,18 @@ class NavigationTest(unittest.TestCase):
         self.assertAlmostEqual(place.x + 2.0, self.robot.x - FakeRobot.SHIFT, delta=0.2)
 
     def test_lost_localization_stops_and_aborts(self):
+        tolerances = [Client(f'move_base/{name}_costmap', timeout=20.0) for name in ('global', 'local')]
+        tuned = [client.update_configuration({'transform_tolerance': 0.4}) for client in tolerances]
+        self.assertEqual([config['transform_tolerance'] for config in tuned], [0.4, 0.5])  # the local one has no effect
         self.start_driving()
         self.robot.silent = True
         self.assertTrue(self.client.wait_for_result(rospy.Duration(5.0)))
         self.assertEqual(self.client.get_state(), GoalStatus.ABORTED)
-        self.assertIn('transform_tolerance', self.client.get_goal_status_text())
+        self.assertIn('0.40 s (transform_tolerance)', self.client.get_goal_status_text())
         self.assert_stands()
+        tolerances[0].update_configuration({'restore_defaults': True})
+        for client in tolerances:
+            client.close()
 
     def test_the_pose_is_the_newest_odometry_on_the_newest_correction_though_that_is_dated_ahead(self):
         tf = TransformListener()
@@ -253,6 +261,32 @@ class NavigationTest(unittest.TestCase):
         self.assertAlmostEqual(inputs.poses()[1], 100.35, 5)  # who corrects is silent: that is how old the pose is
         settings.global_frame = 'axle'
         self.assertAlmostEqual(RobotInputs(settings, tf).poses()[0].x, 0.5, 5)
+
+    def test_a_robot_on_a_slope_has_a_pose_and_one_that_lies_on_its_side_has_none(self):
+        tf = TransformListener()
+        settings = SimpleNamespace(
+            global_frame='slope',
+            local_frame='slope',
+            robot_base_frame='rider',
+            local_planner=SimpleNamespace(config=None),
+        )
+        for pitch in (0.1, 1.5):
+            s, c = math.sin(0.5 * pitch), math.cos(0.5 * pitch)
+            tipped = FakeRobot.transform('slope', 'rider', 1.0, 0.0, 1.0, rospy.Time.from_sec(100.0 + pitch))
+            q = tipped.transform.rotation
+            q.x, q.y, q.z, q.w = -q.z * s, q.w * s, q.z * c, q.w * c
+            tf._add(TFMessage([tipped]), False)
+            pose = RobotInputs(settings, tf).poses()[0]
+            self.assertEqual(pose is None, pitch > 1.0)
+            self.assertTrue(pose is None or abs(pose.yaw - 1.0) < 1e-6)
+
+    def test_what_was_heard_before_the_clock_was_set_back_is_forgotten(self):
+        clock, tf = Clock(map(rospy.Time, (100, 100, 95, 96)).__next__), TransformListener()
+        self.assertEqual([clock.went_back() for _ in range(4)], [0.0, 0.0, 5.0, 0.0])
+        for back, seconds, x in ((0.0, 100.0, 1.0), (5.0, 95.0, 2.0)):
+            tf._clock = SimpleNamespace(went_back=lambda back=back: back)
+            tf._add(TFMessage([FakeRobot.transform('yard', 'mower', x, 0.0, 0.0, rospy.Time.from_sec(seconds))]), False)
+        self.assertEqual(tf.latest('yard', 'mower').transform.translation.x, 2.0)
 
     def test_diagnostics_name_the_node(self):
         # one subscriber for both: a new one for each message may miss the same node every time

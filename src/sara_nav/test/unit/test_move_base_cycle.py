@@ -2,7 +2,10 @@
 
 import pytest
 
+from sara_common.planar import Pose2D
+from sara_nav.goals.move_base_config import Counters
 from sara_nav.move_base.cycle_monitor import CycleWatch
+from sara_nav.move_base.robot_state import AHEAD, RobotState
 
 
 @pytest.mark.parametrize('late, missed', [(0.05, 0), (0.074, 0), (0.08, 1), (1.0, 1)])
@@ -41,3 +44,13 @@ def test_the_report_starts_anew_but_the_count_goes_on():
         'mean_work_s': '0.0000',
         'longest_work_s': '0.0000',
     }
+
+
+@pytest.mark.parametrize(
+    ('ahead', 'age'), [(-0.5, 0.5), (-0.51, None), (0.0, 0.0), (AHEAD, 0.0), (AHEAD + 0.01, None), (60.0, None)]
+)
+def test_a_pose_that_is_old_or_of_another_clock_is_not_driven_on(ahead, age):
+    """One from before the clock was set back stays the newest until that time comes again."""
+    counters = Counters()
+    found = RobotState(counters).pose_age(1000.0, Pose2D(0.0, 0.0, 0.0), 1000.0 + ahead, 0.5)
+    assert found == age and counters.stale_poses == (age is None)

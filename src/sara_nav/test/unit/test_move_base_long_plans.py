@@ -6,6 +6,8 @@ from pathlib import Path
 
 import pytest
 
+from sara_common.planar import Pose2D
+
 sys.path.append(str(Path(__file__).parent))
 from test_move_base import GOAL, Perfect, make  # noqa: E402  pylint: disable=wrong-import-position
 
@@ -50,6 +52,17 @@ def test_a_zero_goes_out_before_a_plan_that_may_take_long():
     while robot.t < 6.0:
         robot.go(1)
     assert said[1:] == list(range(said[1], machine.counters.plans))  # from the second long one on
+
+
+@pytest.mark.parametrize('active', [True, False])
+def test_a_planner_that_is_asked_itself_knows_the_footprint_and_a_robot_on_its_way_waits(active):
+    machine, said = make(), []
+    machine.before_planning = lambda: said.append(True)
+    told = []
+    machine.global_planner.set_footprint = told.append
+    plan, text = machine.plans.of_planner(Pose2D(1.0, 1.0, 0.0), GOAL, active)
+    assert len(plan) > 2 and text == '' and len(said) == active
+    assert len(told) == 1 and told[0] is machine.global_costmap.footprint
 
 
 @pytest.mark.parametrize('takes, coasts, more', ((0.1, 0.4, 0), (0.6, 0.0, 0), (0.6, 0.4, 1)))

@@ -1,6 +1,7 @@
 """Parameters: the shipped configuration, the peers' forms of it, and that nothing is ignored in silence."""
 
 import dataclasses
+import math
 import re
 
 import numpy as np
@@ -149,6 +150,12 @@ def test_all_faults_are_said_at_once():
         assert text in str(error.value)
 
 
+@pytest.mark.parametrize('value', [math.inf, math.nan, 2.5])
+def test_what_is_no_whole_number_is_a_fault(value):
+    with pytest.raises(ConfigError, match='max_planning_retries is .*, allowed is a whole number'):
+        read({'max_planning_retries': value})
+
+
 @pytest.mark.parametrize(
     'tree, text',
     [
@@ -173,6 +180,8 @@ def test_all_faults_are_said_at_once():
         ),
         ({'global_costmap': {'z_voxels': 4}}, 'z_voxels has no effect: it belongs to the voxel layer'),
         ({'restore_defaults': True}, 'restore_defaults has no effect'),
+        ({'local_costmap': {'transform_tolerance': 5.0}}, 'local_costmap/transform_tolerance has no effect: it is 0.3'),
+        ({'local_costmap': {'robot_base_frame': 'body'}}, 'local_costmap/robot_base_frame has no effect: it is base_'),
         (
             {'global_costmap': {'plugins': [{'name': 'slow', 'type': 'sara_nav/SpeedFilter'}]}},
             'global_costmap/slow: sara_nav/SpeedFilter has no effect there: put it into local_costmap/plugins',

@@ -12,6 +12,7 @@ from geometry_msgs.msg import TransformStamped
 from rospy.impl.transport import INBOUND, Transport
 from tf2_msgs.msg import TFMessage
 
+from sara_common.ros.clock import Clock
 from sara_common.ros.members import current
 from sara_localization.geometry.rigid import IDENTITY, Transform
 from sara_localization.inputs.data import StampedTransform
@@ -34,7 +35,7 @@ class Tf2Transforms:
     def __init__(self, timeout: float = 0.0, on_news: Callable[[], None] = lambda: None):
         self.buffer, self._on_news = tf2_ros.Buffer(), on_news
         self.timeout = rospy.Duration.from_sec(timeout)
-        self._in_vain, self._heard, self._name = {}, rospy.Time(), rospy.get_name()
+        self._in_vain, self._clock, self._name = {}, Clock(), rospy.get_name()
         self._own, self._message = deque(maxlen=MOST_OWN), TransformStamped()
         self._subscribers = [
             rospy.Subscriber(topic, wire.unread(TFMessage), self._hear, enter, tcp_nodelay=True)
@@ -51,13 +52,10 @@ class Tf2Transforms:
         who = msg._connection_header.get('callerid', 'default_authority')  # pylint: disable=protected-access
         if who == self._name:
             return
-        now = rospy.Time.now()
-        if now < self._heard:
-            rospy.logwarn(
-                'time went back by %.3f s: what was known of moving frames is forgotten', (self._heard - now).to_sec()
-            )
+        back = self._clock.went_back()
+        if back:
+            rospy.logwarn('time went back by %.3f s: what was known of moving frames is forgotten', back)
             self.buffer.clear()
-        self._heard = now
         for transform in TFMessage().deserialize(msg.bytes).transforms:
             enter(transform, who)
         self._on_news()

@@ -151,7 +151,7 @@ class Parameters:
             return value
         if kind is float and isinstance(value, int) and not isinstance(value, bool):
             return float(value)
-        if kind is int and isinstance(value, float) and value == int(value):
+        if kind is int and isinstance(value, float) and value.is_integer():
             return int(value)
         if kind is tuple and isinstance(value, list):
             return tuple(value)

@@ -87,6 +87,12 @@ class PlanMaker:
         """Return a plan (n, 3) from one Pose2D to another on the global costmap. Raises PlanError."""
         return self._informed().plan(self._costmaps.world.costmap, start, goal)
 
+    def of_planner(self, start: Pose2D, goal: Pose2D, active: bool) -> tuple[np.ndarray | None, str]:
+        """Return (plan (n, 3) or None, text) for whoever asks the planner itself; active: while the robot drives."""
+        if active:
+            self._before_planning()
+        return search_plan(self._informed(), self._costmaps.world.costmap, start, goal)
+
     def search(
         self, start: Pose2D, goal: Pose2D, tolerance: float, config: MoveBaseConfig, give_up: Callable[[], bool]
     ) -> tuple[np.ndarray | None, str]:

@@ -12,6 +12,9 @@ FARTHEST = 1e6
 FASTEST = 100.0
 """A speed beyond this (m/s, rad/s) is none of a robot."""
 
+AHEAD = 1.0
+"""A pose that is dated farther ahead than this (s) is of another clock, and stays what it was until that time comes."""
+
 SHORTEST = 1e-3
 """What passes between two steps at least (s)."""
 
@@ -81,8 +84,8 @@ class RobotState:
         return measured
 
     def pose_age(self, t: float, pose: Pose2D | None, pose_time: float | None, tolerance: float) -> float | None:
-        """Return how old the pose is (s), or None when it cannot be driven on: none, unsound or older than tolerance
-        (s).
+        """Return how old the pose is (s), or None when it cannot be driven on: none, unsound, older than tolerance
+        (s), or of another clock.
         """
         if pose is None:
             return None
@@ -90,7 +93,7 @@ class RobotState:
             self._counters.bad_poses += 1
             return None
         age = 0.0 if pose_time is None else t - pose_time
-        if age > tolerance:
+        if not -AHEAD <= age <= tolerance:
             self._counters.stale_poses += 1
             return None
         return max(age, 0.0)

@@ -65,7 +65,7 @@ class MoveBase:
         self.recoveries = tuple(recoveries)
         self.counters = Counters()
         self.before_planning: Callable[[], None] = lambda: None
-        self._plans = PlanMaker(global_planner, self.costmaps, self.counters, lambda: self.before_planning())
+        self.plans = PlanMaker(global_planner, self.costmaps, self.counters, lambda: self.before_planning())
         self._goal = None
         self._ended = None
         self._lets_pass = False
@@ -74,7 +74,7 @@ class MoveBase:
         self.lost = LostWatch()
         self._command = ZERO
         self._track = Track()
-        self._steps = ControlStep(self.costmaps, self._plans, self.counters, self._track)
+        self._steps = ControlStep(self.costmaps, self.plans, self.counters, self._track)
 
     @property
     def active(self) -> bool:
@@ -89,7 +89,7 @@ class MoveBase:
     @property
     def global_planner(self) -> Any:
         """The object that plans."""
-        return self._plans.planner
+        return self.plans.planner
 
     @property
     def costmaps_run(self) -> bool:
@@ -104,7 +104,7 @@ class MoveBase:
         """
         self.costmaps.ensure(t)
         tolerance = getattr(self.global_planner.config, 'default_tolerance', 0.0)
-        return self.costmaps.refusal(pose, tolerance <= 0.0, self._plans.unknown_blocks)
+        return self.costmaps.refusal(pose, tolerance <= 0.0, self.plans.unknown_blocks)
 
     def set_goal(self, pose: Pose2D, t: float) -> str:
         """Take a goal (Pose2D) at time t (s); one being driven to is preempted without a stop between.
@@ -171,7 +171,7 @@ class MoveBase:
         then.
         """
         self.config = config
-        self._plans.planner = global_planner or self._plans.planner
+        self.plans.planner = global_planner or self.plans.planner
         if recoveries is not None:
             self.recoveries = tuple(recoveries)
         if local_planner is not None:
@@ -192,7 +192,7 @@ class MoveBase:
         self.costmaps.ensure(t)
         if self.active:
             raise ValueError('move_base must be in an inactive state to make a plan for an external user')
-        return self._plans.search(start, goal, tolerance, self.config, give_up)
+        return self.plans.search(start, goal, tolerance, self.config, give_up)
 
     def step(
         self,
@@ -270,9 +270,9 @@ class MoveBase:
 
     def _plan_if_due(self, goal, t, pose):
         """Plan when that is due; return (the new plan or None, the End of the goal or None)."""
-        if not self._plans.due(goal, t, pose, self.config):
+        if not self.plans.due(goal, t, pose, self.config):
             return None, None
-        plan, why = self._plans.make(goal, t, pose, self.config)
+        plan, why = self.plans.make(goal, t, pose, self.config)
         if plan is None:
             return None, exhausted(goal, self._means, BY_PLANNING, why, pose) if why else None
         if (

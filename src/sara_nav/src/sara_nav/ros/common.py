@@ -5,6 +5,7 @@ import tf2_ros
 from geometry_msgs.msg import TransformStamped
 from tf2_msgs.msg import TFMessage
 
+from sara_common.ros.clock import Clock
 from sara_nav.config.parameters import Parameters
 
 END_OF_TIME = 2**31
@@ -25,13 +26,15 @@ class TransformListener:
 
     def __init__(self):
         self.buffer = tf2_ros.Buffer(debug=False)
-        self._parents = {}
+        self._parents, self._clock = {}, Clock()
         self._subscribers = [
             rospy.Subscriber('/tf', TFMessage, self._add, False, queue_size=100, tcp_nodelay=True),
             rospy.Subscriber('/tf_static', TFMessage, self._add, True, queue_size=100, tcp_nodelay=True),
         ]
 
     def _add(self, msg, static):
+        if self._clock.went_back():
+            self.buffer.clear()
         put = self.buffer.set_transform_static if static else self.buffer.set_transform
         for transform in msg.transforms:
             if transform.header.stamp.secs >= END_OF_TIME:

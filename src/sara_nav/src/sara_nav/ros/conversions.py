@@ -1,5 +1,6 @@
 """Between ROS messages and the plain data of sara_nav."""
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -8,12 +9,14 @@ from geometry_msgs.msg import Pose, PoseStamped, Transform, Twist
 from nav_msgs.msg import MapMetaData, OccupancyGrid, Path
 from sensor_msgs.msg import PointCloud2, PointField
 
-from sara_common.planar import Pose2D, quaternion_from_yaw, yaw_from_quaternion
+from sara_common.planar import LEVEL, Pose2D, quaternion_from_yaw, yaw_from_quaternion
 from sara_nav.grids.grid import GridGeometry
 from sara_nav.maps.map_io import GridMap, MapError
 
 LONGEST_SWEEP = 10.0
 """s that a scanner's sweep may take."""
+STEEPEST = math.radians(30.0)
+"""Slope that a robot may stand on; what is tipped more has no yaw to speak of."""
 
 
 def pose_to_msg(pose: Pose2D) -> Pose:
@@ -33,16 +36,18 @@ def pose_stamped(pose: Pose2D, frame: str, stamp: rospy.Time) -> PoseStamped:
 
 def pose_from_msg(msg: Pose) -> Pose2D:
     """Return the Pose2D of a geometry_msgs/Pose; raises ValueError for NaN and bad quaternions."""
-    return _planar(msg.position, msg.orientation)
+    return _planar(msg.position, msg.orientation, LEVEL)
 
 
 def pose_from_transform(msg: Transform) -> Pose2D:
-    """Return the Pose2D of a geometry_msgs/Transform; raises ValueError as pose_from_msg does."""
-    return _planar(msg.translation, msg.rotation)
+    """Return the Pose2D of a geometry_msgs/Transform, of a robot on a slope, too; raises ValueError as pose_from_msg
+    does.
+    """
+    return _planar(msg.translation, msg.rotation, STEEPEST)
 
 
-def _planar(position, q):
-    pose = Pose2D(position.x, position.y, yaw_from_quaternion(q.x, q.y, q.z, q.w))
+def _planar(position, q, tilt):
+    pose = Pose2D(position.x, position.y, yaw_from_quaternion(q.x, q.y, q.z, q.w, tilt))
     if not pose.is_finite():
         raise ValueError('the position holds a NaN or an infinity')
     return pose
@@ -84,8 +89,9 @@ def grid_from_msg(msg: OccupancyGrid) -> GridMap:
     )
     if len(msg.data) != info.width * info.height:
         raise MapError(f'the map says {info.width} x {info.height} cells but holds {len(msg.data)}')
-    try:
-        yaw = pose_from_msg(info.origin).yaw
+    q = info.origin.orientation
+    try:  # without an orientation, as messages are made, it is not turned
+        yaw = pose_from_msg(info.origin).yaw if any((q.x, q.y, q.z, q.w)) else 0.0
     except ValueError as error:
         raise MapError(f"the map's origin cannot be used: {error}") from None
     data = np.array(msg.data, dtype=np.int8).reshape(info.height, info.width)

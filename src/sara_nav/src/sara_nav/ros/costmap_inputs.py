@@ -100,7 +100,7 @@ class CostmapInputs:
         try:
             grid_map = conv.grid_from_msg(msg)
         except ValueError as error:
-            self._drop('bad_maps', f'a map was dropped: {error}')
+            self._drop('bad_maps', f'a map was dropped: {error}', every_time=True)
             return
         self._maps.append((layer, msg.header.frame_id.lstrip('/'), grid_map))
 

@@ -7,6 +7,7 @@ node ``costmap_2d_node`` does the same with nothing else around, to look at a co
 import dataclasses
 import sys
 import threading
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -107,11 +108,19 @@ class Tunable(CostmapConfig):
 
 class CostmapShell:
     """Around one LayeredCostmap. settings: CostmapSettings; tf: TransformListener; lock: held by whoever changes or
-    reads the costmap in another thread than the loop's (a reentrant one).
+    reads the costmap in another thread than the loop's (a reentrant one); on_tolerance: called with another
+    transform_tolerance (s), returns '' or why it is refused.
     """
 
-    def __init__(self, settings: CostmapSettings, costmap: LayeredCostmap, tf: TransformListener, lock: Any = None):
-        self.costmap = costmap
+    def __init__(
+        self,
+        settings: CostmapSettings,
+        costmap: LayeredCostmap,
+        tf: TransformListener,
+        lock: Any = None,
+        on_tolerance: Callable[[float], str] = lambda _: '',
+    ):
+        self.costmap, self._on_tolerance = costmap, on_tolerance
         self.name = settings.prefix.rstrip('/')
         self.lock = lock or threading.RLock()
         self.pose_problem = ''
@@ -214,6 +223,10 @@ class CostmapShell:
     def _on_costmap(self, new):
         try:
             with self.lock:
+                other = new.transform_tolerance != self._tuned.transform_tolerance
+                refused = self._on_tolerance(new.transform_tolerance) if other else ''
+                if refused:
+                    return refused
                 old, self._tuned = self._tuned, new
                 if (new.footprint, new.robot_radius) != (old.footprint, old.robot_radius):
                     self._set_footprint(new.corners(), new.footprint_padding)

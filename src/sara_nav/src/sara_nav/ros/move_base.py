@@ -15,6 +15,7 @@ from std_msgs.msg import Bool, Float32, String
 
 from sara_common.config import ConfigError
 from sara_common.diagnostics import WARN
+from sara_common.ros.clock import Clock
 from sara_common.ros.node import on_shutdown, start_node
 from sara_nav.config.parameters import Parameters
 from sara_nav.goals.move_base_config import ACTIVE, IDLE, MoveBaseConfig
@@ -24,13 +25,12 @@ from sara_nav.move_base.cycle_monitor import CycleWatch
 from sara_nav.move_base.settings import Settings, read_settings
 from sara_nav.ros import conversions as conv
 from sara_nav.ros.common import TransformListener, move_parameters
-from sara_nav.ros.costmap_node import CostmapShell
 from sara_nav.ros.goal_requests import GoalRequests
 from sara_nav.ros.publishers import PlannerTopics
 from sara_nav.ros.report import Report
 from sara_nav.ros.robot_inputs import RobotInputs
 from sara_nav.ros.services import Services
-from sara_nav.ros.tuning import Tuning
+from sara_nav.ros.tuning import Tuning, shells
 
 CATCH_UP = 0.05
 """s of the machine's own time for which messages that waited are heard after a cycle that took longer than LONG."""
@@ -57,7 +57,7 @@ class MoveBaseNode:
         self.lock = threading.RLock()
         self._abort_reasons, self._lost_heard = deque(maxlen=10), deque(maxlen=10)
         self._excused = False
-        self._stopped = False
+        self._stopped, self._clock = False, Clock()
         warming.warm()
         self.watch = CycleWatch()
         self.report = Report(self)
@@ -74,10 +74,7 @@ class MoveBaseNode:
         topic = settings.move_base.lost_topic
         self._lost_subscriber = topic and rospy.Subscriber(topic, Float32, self._on_lost, queue_size=1)
         self._wait_subscriber = rospy.Subscriber('~wait', Bool, self._on_wait, queue_size=1, tcp_nodelay=True)
-        self.shells = {
-            'global': CostmapShell(settings.global_costmap, self.machine.global_costmap, self.tf, self.lock),
-            'local': CostmapShell(settings.local_costmap, self.machine.local_costmap, self.tf, self.lock),
-        }
+        self.shells = shells(settings, self.machine, self.tf, self.lock)
         self._drawn = self._maps_and_masks()
         on_shutdown(self.stop)
 
@@ -122,6 +119,8 @@ class MoveBaseNode:
                 with self.lock:
                     if self._stopped:
                         break
+                    if self._clock.went_back():  # the clock of a real robot, too, which rospy does not look at
+                        raise rospy.ROSTimeMovedBackwardsException(rospy.get_time())
                     self._cycle()
                 rate.sleep()
             except rospy.ROSTimeMovedBackwardsException:

@@ -7,7 +7,7 @@ from nav_msgs.srv import GetPlan, GetPlanResponse
 from std_srvs.srv import Empty, EmptyResponse
 
 from sara_nav.goals.goal_input import GoalError
-from sara_nav.goals.goal_search import GivenUp, search_plan
+from sara_nav.goals.goal_search import GivenUp
 from sara_nav.ros import conversions as conv
 from sara_nav.ros.publishers import short_name
 
@@ -20,7 +20,6 @@ class Services:
     def __init__(self, node: Any):
         self._node = node
         self._of_planner = None
-        self._planner = None
         self._make_plan = rospy.Service('~make_plan', GetPlan, self._on_make_plan)
         self._clear = rospy.Service('~clear_costmaps', Empty, self._on_clear)
         self.offer(node.machine.global_planner)
@@ -29,7 +28,6 @@ class Services:
         """Answer for this planner under its name; for no other any more."""
         if self._of_planner is not None:
             self._of_planner.shutdown('another planner is used')
-        self._planner = planner
         self._of_planner = rospy.Service(f'~{short_name(planner)}/make_plan', GetPlan, self._on_planners_make_plan)
 
     def _poses(self, request):
@@ -66,7 +64,7 @@ class Services:
             start, goal = self._poses(request)
             with node.lock:
                 node.machine.costmaps.ensure(rospy.get_time())
-                plan, text = search_plan(self._planner, node.machine.global_costmap.costmap, start, goal)
+                plan, text = node.machine.plans.of_planner(start, goal, node.machine.active)
         except ValueError as error:
             rospy.logerr('%s', error)
             raise rospy.ServiceException(str(error)) from None

@@ -9,8 +9,11 @@ from sara_common.ros.reconfigure import Reconfigure
 from sara_nav.config.parameters import Parameters
 from sara_nav.goals.move_base_config import LIMITS
 from sara_nav.move_base.local_planners import LOCAL_PLANNERS
-from sara_nav.move_base.settings import read_planner
+from sara_nav.move_base.settings import Settings, read_planner
+from sara_nav.move_base.state_machine import MoveBase
 from sara_nav.planners.planning import GLOBAL_PLANNERS
+from sara_nav.ros.common import TransformListener
+from sara_nav.ros.costmap_node import CostmapShell
 from sara_nav.ros.publishers import short_name
 
 DYNAMIC = (
@@ -39,6 +42,22 @@ CLIENT_LIMITS = {
     'oscillation_timeout': (0.0, 60.0),
 }
 """What dynamic_reconfigure offers: the limits of the peer's MoveBase.cfg, which a YAML may exceed."""
+
+
+def shells(settings: Settings, machine: MoveBase, tf: TransformListener, lock: Any) -> dict[str, CostmapShell]:
+    """The shells of both costmaps. Of their transform_tolerances the global one's is the machine's."""
+
+    def take(tolerance):
+        machine.config = dataclasses.replace(machine.config, transform_tolerance=tolerance)
+        return ''
+
+    def refuse(_):
+        return 'transform_tolerance is that of global_costmap'
+
+    return {
+        'global': CostmapShell(settings.global_costmap, machine.global_costmap, tf, lock, take),
+        'local': CostmapShell(settings.local_costmap, machine.local_costmap, tf, lock, refuse),
+    }
 
 
 class Tuning:
@@ -85,6 +104,7 @@ class Tuning:
         if tree.faults:
             return '; '.join(tree.faults)
         with self._node.lock:
+            config = dataclasses.replace(config, transform_tolerance=self._node.machine.config.transform_tolerance)
             self._node.reconfigure(config, made.get('global'), made.get('local'))
         for kind, planner in made.items():
             self._offer(kind, planner)
