@@ -99,7 +99,7 @@ class FilterBagTest(unittest.TestCase):
             '--params',
             self.params,
             '--reference',
-            '/odom',
+            'odom',
             '--static-tf',
             f'0 0 0.1 0 0 {math.pi!r} base_link imu_link',
         )

@@ -169,9 +169,9 @@ class LocalizationNodesTest(unittest.TestCase):
             )
             twist_pub.publish(twist)
 
-        def command(speed):
+        def command(speed, frame=''):
             msg = TwistStamped()
-            msg.header.stamp, msg.twist.linear.x = rospy.Time.now(), speed
+            msg.header.stamp, msg.header.frame_id, msg.twist.linear.x = rospy.Time.now(), frame, speed
             command_pub.publish(msg)
 
         sideways_still()
@@ -180,9 +180,13 @@ class LocalizationNodesTest(unittest.TestCase):
         rospy.ServiceProxy('/commanded/ukf/enable', Empty)()
         sideways_still()
         wait_until(lambda: outputs, 'no output after enable')
+        for _ in range(10):
+            command(0.5, 'commanded_odom')  # not the robot's frame: ignored
+            rospy.sleep(0.05)
+        self.assertAlmostEqual(outputs[-1].twist.twist.linear.x, 0.0, delta=0.01)
         end = rospy.Time.now() + rospy.Duration(6.0)
         while outputs[-1].twist.twist.linear.x < 0.4 and rospy.Time.now() < end:
-            command(0.5)
+            command(0.5, 'commanded_base')
             rospy.sleep(0.05)
         self.assertAlmostEqual(outputs[-1].twist.twist.linear.x, 0.5, delta=0.11)
         self.buffer.lookup_transform('commanded_odom', 'commanded_base', rospy.Time(0), rospy.Duration(5.0))

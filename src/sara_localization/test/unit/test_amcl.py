@@ -78,9 +78,10 @@ def test_it_finds_its_place_from_nowhere(seed):
     assert len(amcl.filter.poses) < 2000, 'KLD sampling leaves as many particles as there were'
 
 
-def test_it_searches_with_more_particles_than_allowed_until_the_place_is_found():
+@pytest.mark.parametrize('least', [100, 500])
+def test_it_searches_with_more_particles_than_allowed_until_the_place_is_found(least):
     path = loop(60)
-    amcl, _ = started(max_particles=500, min_particles=100, resample_interval=1)
+    amcl, _ = started(max_particles=500, min_particles=least, resample_interval=1)
     assert amcl.start_anywhere() == ''
     free = np.count_nonzero(MAP.cells == 0) * MAP.resolution**2
     assert len(amcl.filter.poses) == int(80 * free) > 500 and amcl.filter.is_searching

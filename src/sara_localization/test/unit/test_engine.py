@@ -20,7 +20,7 @@ START = [1.0, 1.0] + [0.0] * 13
 class Drive:
     """A chair that drives exactly; its wheels and IMU feed an engine every 0.1 s and 0.2 s, ticks come at 50 Hz."""
 
-    def __init__(self, odometry=DEFAULT, **params):
+    def __init__(self, odometry=DEFAULT, restarts=True, **params):
         params = {
             'frequency': 50,
             'two_d_mode': True,
@@ -35,8 +35,8 @@ class Drive:
             **params,
         }
         self.buffer, self.said, self.late = TransformBuffer(), [], 0.0
-        self.engine = FilterEngine(FilterConfig.from_params(params), self.buffer, self.said.append)
-        self.step = 0
+        self.engine = FilterEngine(FilterConfig.from_params(params), self.buffer, self.said.append, restarts)
+        self.step, self.set_back = 0, 0.0
         self.pose = Transform()
         self.imu_yaw = 0.0
         self.v = self.w = 0.0
@@ -44,7 +44,7 @@ class Drive:
 
     @property
     def now(self):
-        return 100.0 + 0.02 * self.step
+        return 100.0 + 0.02 * self.step - self.set_back
 
     def odometry(self, stamp, **changes):
         return OdometryData(
@@ -246,6 +246,30 @@ def test_time_that_goes_back_is_noticed(reset):
     drive.run(1.0)
     assert (drive.engine.tick(50.0) is None) == reset
     assert drive.engine.time_jumps == 1 and any('time went back' in sentence for sentence in drive.said)
+
+
+@pytest.mark.parametrize('reset', [True, False])
+@pytest.mark.parametrize('back', [0.03, 2.0, 60.0])
+def test_a_computer_whose_clock_is_set_back_knows_where_the_robot_is(back, reset):
+    drive = Drive(restarts=False, reset_on_time_jump=reset)
+    drive.v = 0.5
+    x = drive.run(4.0).pose.translation[0]
+    P = drive.engine.filter.P.copy()
+    drive.set_back = back
+    assert drive.run(0.02).pose.translation[0] == pytest.approx(x, abs=0.02)
+    np.testing.assert_allclose(drive.engine.filter.P, P, rtol=0.3, atol=1e-4)
+    drive.v = 0.0
+    x = drive.run(0.4).pose.translation[0]
+    assert drive.run(1.0).pose.translation[0] == pytest.approx(x, abs=0.02)  # what comes then is used at once
+    assert drive.engine.inputs['odom0'].used > 50
+
+
+def test_in_a_simulation_time_that_goes_back_takes_no_uncertainty_away():
+    drive = Drive(reset_on_time_jump=False)
+    drive.run(4.0)
+    P = drive.engine.filter.P.copy()
+    drive.engine.tick(drive.now - 2.0)
+    np.testing.assert_array_equal(drive.engine.filter.P, P)
 
 
 def test_turning_the_start_turns_the_path():

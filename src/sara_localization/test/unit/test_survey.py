@@ -123,6 +123,23 @@ def test_a_missing_transform_is_named():
     assert finding.level == ERROR and 'imu_link -> base_link' in finding.sentence and '1200 of 1200' in finding.sentence
 
 
+@pytest.mark.parametrize(
+    ('params', 'imu', 'lost'),
+    [
+        ({'world_frame': 'map', 'map_frame': 'map', 'odom0_config': mask(0, 1), 'odom0_differential': True}, {}, set()),
+        ({'world_frame': 'map', 'map_frame': 'map', 'odom0_config': mask(0, 1)}, {}, {'odom0_transform'}),
+        ({'imu0_config': mask(11)}, {'frame': ''}, set()),
+        ({}, {'frame': ''}, {'imu0_transform'}),
+    ],
+)
+def test_what_the_filter_takes_without_a_transform_is_not_lost(params, imu, lost):
+    """Poses that count by how they change; rates without a frame, which are the robot's."""
+    drive = Drive(**params)
+    drive.imu.update(imu)
+    drive.odometry.update(position=(0.0, 0.0, 0.0), orientation=(0.0, 0.0, 0.0, 1.0), pose_covariance=np.eye(6) * 1e-3)
+    assert {finding.key for finding in drive.findings() if finding.key.endswith('_transform')} == lost
+
+
 def test_a_sensor_mounted_turned_is_told_and_what_it_no_longer_measures():
     drive = Drive(imu0_config=mask(11))
     drive.imu['frame'] = 'imu_link'

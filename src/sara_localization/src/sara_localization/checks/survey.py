@@ -22,7 +22,7 @@ from sara_localization.checks.messages import stamp_findings, value_findings
 from sara_localization.checks.mounting import check_mountings
 from sara_localization.checks.records import Record, in_order
 from sara_localization.config.filter_config import FilterConfig
-from sara_localization.filters.state import RATES, TWIST, YAW
+from sara_localization.filters.state import ANGLES, RATES, TWIST, YAW
 from sara_localization.geometry.rigid import IDENTITY, normalised, rotate, rpy_from_quaternion
 from sara_localization.inputs.data import ImuData, OdometryData
 from sara_localization.inputs.measurement import measures
@@ -54,9 +54,9 @@ class Survey:
         """The transforms that the message's used parts need: (part, target, source)."""
         base, world, mask = self.config.base_link_frame, self.config.world_frame, config.mask
         if isinstance(data, ImuData):
-            return [('', base, data.frame_id)]
+            return [('', base, data.frame_id or ('' if any(mask[ANGLES]) else base))]
         ways = []
-        if config.kind in ('odom', 'pose') and any(mask[:6]):
+        if config.kind in ('odom', 'pose') and any(mask[:6]) and not config.differential:
             ways.append(('pose', world, data.frame_id))
         if config.kind in ('odom', 'twist') and any(mask[TWIST]):
             ways.append(

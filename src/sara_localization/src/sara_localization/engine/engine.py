@@ -41,13 +41,14 @@ class FilterEngine:
         config: FilterConfig.
         transforms: what gives transforms (transforms.Transforms); its `lookup` must not block.
         report: called with a sentence for the user when something is wrong with the data, once per kind.
+        restarts: whether time that goes back is that of a simulation that begins anew, not a computer's that was set.
     """
 
-    def __init__(self, config: FilterConfig, transforms, report=None):
+    def __init__(self, config: FilterConfig, transforms, report=None, restarts: bool = True):
         kernel.warm(config.filter)
         raw_measurement.warm()
         self.config, self.transforms = config, transforms
-        self._report = report or (lambda sentence: None)
+        self._report, self.restarts = report or (lambda sentence: None), restarts
         self.control = Control(config.control) if config.control else None
         self.preprocessor = Preprocessor(config, transforms, self._report)
         self.filter = make_filter(config, self.control, self.preprocessor.biases)
@@ -103,8 +104,6 @@ class FilterEngine:
         self.output.forget()
         if self.silence:
             self.silence.forget()
-
-    # On and off
 
     def enable(self) -> bool:
         """Start a filter that was disabled at startup; False if it was running."""
@@ -166,8 +165,6 @@ class FilterEngine:
         for m in measurements:
             self._sequence += 1
             heapq.heappush(self._queue, (m.stamp, self._sequence, name, m))
-
-    # set_pose
 
     def set_pose(self, data: PoseData, now: float) -> str | None:
         """Put the robot at a pose, at rest, at the time `now` (s); whatever was measured before its stamp is ignored.
@@ -256,7 +253,7 @@ class FilterEngine:
         if self.silence:
             self.silence.hold(kf, now)
         late = idle and now - kf.last_measurement_time >= self.config.sensor_timeout
-        if late or self.config.predict_to_current_time:
+        if (late or self.config.predict_to_current_time) and now > kf.last_measurement_time:
             kf.predict_to(now)
         if self.history:
             self.preprocessor.history_from = self.history.expire(kf.last_measurement_time)
@@ -272,8 +269,7 @@ class FilterEngine:
             self.filter.restore(snapshot)
         if not enough:
             self.before_history += 1
-            stamp, _, name, _ = first
-            self._say_before_history(stamp, name)
+            self._say_before_history(*first[::2])
         for entry in again:
             heapq.heappush(self._queue, entry)
         return {entry[1] for entry in again}
@@ -288,7 +284,11 @@ class FilterEngine:
     def _time_went_back(self, now):
         self.time_jumps += 1
         back = f'time went back from {self._last_tick:.3f} to {now:.3f} s'
-        if self.config.reset_on_time_jump:
+        if not self.restarts:
+            self._report(f'{back}: the robot is where it was, and what came before is forgotten')
+            self.filter.last_measurement_time += now - self._last_tick
+            self._forget()
+        elif self.config.reset_on_time_jump:
             self._report(f'{back}: the filter starts anew')
             self.reset()
         else:

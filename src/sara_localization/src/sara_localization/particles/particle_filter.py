@@ -152,7 +152,7 @@ class ParticleFilter:
             anywhere = self.rng.random(len(poses)) < share
             poses[anywhere] = random_poses(np.count_nonzero(anywhere))
         count = bins.enough(poses, c.min_particles, c.kld_err, c.kld_z)
-        if count < c.max_particles:
+        if count <= c.max_particles:
             self.most = c.max_particles
         self._take(self._thinned(poses, count))
         return True

@@ -127,10 +127,14 @@ def range_map(msg: OccupancyGrid, occupied_above: float) -> RangeMap:
     return RangeMap.from_occupancy(cells, resolution, (*origin.translation[:2], origin.yaw), occupied_above)
 
 
-def command(msg: Twist | TwistStamped, now: float) -> tuple[float, tuple[float, ...]]:
-    """(stamp in s, (6,) command) of a Twist, which counts as of `now`, or a TwistStamped."""
+def command(msg: Twist | TwistStamped, now: float, base: str) -> tuple[float, tuple[float, ...]]:
+    """(stamp in s, (6,) command) of a Twist, which counts as of `now`, or a TwistStamped. Raises ValueError with a
+    sentence where it is not in the robot's frame `base`, which no frame_id is, too.
+    """
     stamped = hasattr(msg, 'twist')
     twist_ = msg.twist if stamped else msg
+    if stamped and msg.header.frame_id.lstrip('/') not in ('', base):
+        raise ValueError(f'a command in the frame {msg.header.frame_id} is ignored: it must be in {base}')
     return seconds(msg.header.stamp) if stamped else now, _vector(twist_.linear) + _vector(twist_.angular)
 
 

@@ -41,8 +41,7 @@ from sara_localization.ros.topic_watch import TopicWatch
 DIAGNOSTICS_PERIOD = 1.0
 WAITING_LOG_PERIOD = 5.0
 CLOCK_PATIENCE = 3.0
-# Messages that may wait for a cycle: more than come in a second.
-MOST_ARRIVED = 10000
+MOST_ARRIVED = 10000  # messages that may wait for a cycle: more than come in a second
 # rospy reads what has come on a connection at once and keeps the last queue_size of it. robot_localization's node takes
 # every message as it comes, so that a queue of 1, its default, loses none there; on a busy computer it would here.
 SHORTEST_QUEUE = 100
@@ -58,11 +57,11 @@ class FilterNode:
         self.config = config
         self.lock = threading.Lock()
         self.transforms = Tf2Transforms(config.transform_timeout)
-        self.engine = FilterEngine(config, self.transforms, report=self._report)
+        simulated = bool(rospy.get_param('/use_sim_time', False))
+        self.engine = FilterEngine(config, self.transforms, self._report, restarts=simulated)
         self.silent_tf_failure = bool(rospy.get_param('/silent_tf_failure', False))
         self.mailbox = Mailbox(MOST_ARRIVED)
-        self.failures = 0
-        self.last_diagnostics = None
+        self.failures, self.last_diagnostics = 0, None
         self.topic_watch = TopicWatch(published_topics, WAITING_LOG_PERIOD)
         self.topics = {i.name: (i.kind, rospy.resolve_name(i.topic)) for i in config.inputs}
         self.filter_diagnostics = FilterDiagnostics(config, findings)
@@ -72,10 +71,8 @@ class FilterNode:
         self.cycle = Cycle(1.0 / config.frequency, self.tick)
 
     def _advertise(self):
-        self.odometry_out, self.transform_out = (
-            Outbox('odometry/filtered', Odometry),
-            Outbox('/tf', TFMessage, most=100),
-        )
+        self.odometry_out = Outbox('odometry/filtered', Odometry)
+        self.transform_out = Outbox('/tf', TFMessage, most=100)
         self.acceleration_pub = None
         if self.config.publish_acceleration:
             self.acceleration_pub = rospy.Publisher(
@@ -117,7 +114,12 @@ class FilterNode:
 
     def on_control(self, msg: Twist | TwistStamped) -> None:
         """A command to the robot's wheels."""
-        stamp, command = conversions.command(msg, conversions.seconds(rospy.Time.now()))
+        now, base = conversions.seconds(rospy.Time.now()), self.config.base_link_frame
+        try:
+            stamp, command = conversions.command(msg, now, base)
+        except ValueError as error:
+            rospy.logwarn_throttle(WAITING_LOG_PERIOD, str(error))
+            return
         with self.lock:
             self.engine.add_control(command, stamp)
 
@@ -175,7 +177,7 @@ class FilterNode:
                 self._deliver(now)
                 output = self.engine.tick(now)
                 jumped = self.engine.time_jumps != jumps
-            if jumped and self.config.reset_on_time_jump:
+            if jumped and (self.config.reset_on_time_jump or not self.engine.restarts):
                 self.transforms.clear()
             if output is not None:
                 self._publish(output)

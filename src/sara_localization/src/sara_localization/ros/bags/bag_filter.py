@@ -75,8 +75,12 @@ class BagFilter:
             if refused:
                 self.report(refused)
         elif topic == CONTROL and self.config.control is not None:
-            stamp, command = conversions.command(read, now)
-            self.engine.add_control(command, stamp)
+            try:
+                stamp, command = conversions.command(read, now, self.config.base_link_frame)
+            except ValueError as error:
+                self.report(str(error))
+            else:
+                self.engine.add_control(command, stamp)
         for i in self._by_topic.get(topic, ()):
             self._give(i, bag_tools.converted(i, topic, msg))
 

@@ -82,7 +82,7 @@ class _Tracks:
 def _reference(bag, topic):
     """(times (n,) s, positions (n, 2) m) of a topic of the bag."""
     rows, fixes = [], False
-    for _, msg, _ in bags.messages(bag, [topic, topic.lstrip('/')]):
+    for _, msg, _ in bags.messages(bag, [resolved(topic), topic.lstrip('/')]):
         fixes = msg._type == 'sensor_msgs/NavSatFix'  # pylint: disable=protected-access
         if fixes:
             place = msg.latitude, msg.longitude
