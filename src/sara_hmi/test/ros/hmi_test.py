@@ -13,6 +13,7 @@ import tempfile
 import threading
 import time
 import unittest
+from types import SimpleNamespace
 
 import actionlib
 import aiohttp
@@ -20,7 +21,7 @@ import numpy as np
 import rosnode
 import rospy
 import rostest
-from diagnostic_msgs.msg import DiagnosticArray
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped, TransformStamped, Twist
 from move_base_msgs.msg import MoveBaseAction
 from nav_msgs.msg import OccupancyGrid, Odometry, Path
@@ -30,6 +31,7 @@ from std_msgs.msg import Bool, Float32, String
 from std_srvs.srv import Trigger, TriggerResponse
 from tf2_msgs.msg import TFMessage
 
+from sara_hmi.ros.robot import RosRobot
 from sara_nav.maps import edits, places
 from sara_nav.maps.edits import Edit
 
@@ -455,6 +457,21 @@ class HmiTest(unittest.TestCase):
 
         self.run_it(test)
 
+    def test_steering_by_hand_ends_a_goal_on_a_robot_without_a_gate(self):
+        for has_gate in (True, False):
+            cancels, commands = [], []
+            robot = SimpleNamespace(
+                turn_slip=1.0,
+                has_gate=has_gate,
+                _moves=False,
+                _goals=SimpleNamespace(drove=lambda moves: None),
+                _cancel=SimpleNamespace(publish=cancels.append),
+                _out=SimpleNamespace(publish=commands.append),
+            )
+            for v, w in ((0.0, 0.0), (0.2, 0.0), (0.3, 0.0), (0.0, 0.0), (0.0, 0.1)):
+                RosRobot.drive(robot, v, w)
+            self.assertEqual((len(commands), len(cancels)), (5, 0 if has_gate else 2))
+
     def test_a_gate_that_has_gone_is_said_and_the_one_after_it_has_its_first_profile(self):
         async def test(page, _):
             await page.send('profile', name='gentle')
@@ -767,6 +784,16 @@ class HmiTest(unittest.TestCase):
                 while came is None or came.type == aiohttp.WSMsgType.TEXT or b'ddata\xd8\x48\x42' not in came.data:
                     came = await asyncio.wait_for(bridge.receive(), PATIENCE_S)
                 self.assertTrue(came.data.endswith(b'ddata\xd8\x48\x42\x64\xff'), came.data)
+                # What the page listens to, too.
+                diagnostics = rospy.Publisher('/diagnostics', DiagnosticArray, queue_size=1)
+                await bridge.send_json({'op': 'subscribe', 'topic': '/diagnostics'})
+                end = time.monotonic() + PATIENCE_S
+                while came.type != aiohttp.WSMsgType.TEXT or 'of the test' not in came.data:
+                    self.assertLess(time.monotonic(), end, came.data)
+                    diagnostics.publish(DiagnosticArray(status=[DiagnosticStatus(name='of the test')]))
+                    with contextlib.suppress(asyncio.TimeoutError):
+                        came = await asyncio.wait_for(bridge.receive(), 0.2)
+                await bridge.send_json({'op': 'unsubscribe', 'topic': '/diagnostics'})
                 stops = len(self.robot.stops)
                 await bridge.send_json({'op': 'advertise', 'topic': '/emergency_stop', 'type': 'std_msgs/Bool'})
                 while len(self.robot.stops) == stops:

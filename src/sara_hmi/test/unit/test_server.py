@@ -2,11 +2,13 @@
 
 import asyncio
 
+import pytest
 from aiohttp import ClientSession, test_utils
 
 from sara_hmi.config.config import HmiConfig, NetworkConfig
 from sara_hmi.hub.hub import Hub
 from sara_hmi.pairing.pairing import Pairing
+from sara_hmi.web import access
 from sara_hmi.web.server import Server
 
 
@@ -28,6 +30,12 @@ def test_what_a_robot_tells_before_the_server_runs_is_heard_in_order(tmp_path):
     asyncio.run(run())
     server.post(heard.append, 'too late')
     assert heard == ['places', 'profiles']
+
+
+@pytest.mark.parametrize('host', ['sara', 'SARA:8443', 'chair.local', 'localhost', '10.1.2.3'])
+def test_it_answers_to_the_name_that_it_tells(host):
+    names = access.names(NetworkConfig(address='Chair.local'), 'https://sara:8443')
+    assert access.may_call(host, names) and not access.may_call('elsewhere.org', names)
 
 
 def test_a_page_whose_frames_come_at_once_gets_every_answer(tmp_path):

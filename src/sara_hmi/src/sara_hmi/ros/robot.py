@@ -12,6 +12,7 @@ import rospy
 from actionlib_msgs.msg import GoalID
 from geometry_msgs.msg import PoseWithCovarianceStamped, Quaternion, Twist
 from nav_msgs.msg import OccupancyGrid
+from rospy.numpy_msg import numpy_msg
 from std_msgs.msg import Bool, String
 from std_srvs.srv import Trigger
 
@@ -47,7 +48,7 @@ class RosRobot(RobotInputs):
         self._server, self._words = server, words
         self._orders: queue.Queue[Callable[[], None]] = queue.Queue(maxsize=64)
         self._speaker = Speaker()
-        self._has_profiles = False
+        self._has_profiles = self._moves = False
         self._out = rospy.Publisher('cmd_vel', Twist, queue_size=1, tcp_nodelay=True)
         self._stop = EmergencyStop()
         self._cancel = rospy.Publisher('move_base/cancel', GoalID, queue_size=1, tcp_nodelay=True)
@@ -68,7 +69,7 @@ class RosRobot(RobotInputs):
         )
         super().__init__(config, lambda message: self._later(self._on_map, message), self._on_said)
         self._masks = [
-            rospy.Subscriber(topic, rospy.AnyMsg, lambda _: self._later(self._edits.read), queue_size=1)
+            rospy.Subscriber(topic, numpy_msg(OccupancyGrid), lambda _: self._later(self._edits.read), queue_size=1)
             for topic in ('keepout_filter_mask', 'speed_filter_mask')
         ]
         threading.Thread(target=self._work, name='orders', daemon=True).start()
@@ -83,10 +84,15 @@ class RosRobot(RobotInputs):
         return view
 
     def drive(self, v: float, w: float) -> None:
-        """Publish the command of a motion of the robot, m/s and rad/s, at once."""
+        """Publish the command of a motion of the robot, m/s and rad/s, at once. It ends a goal, as SARA's cmd_vel_mux and
+        gate see to themselves.
+        """
         message = Twist()
         message.linear.x, message.angular.z = v, w * self.turn_slip
-        self._goals.drove(bool(v or w))
+        begins, self._moves = bool(v or w) and not self._moves, bool(v or w)
+        self._goals.drove(self._moves)
+        if begins and not self.has_gate:
+            self._cancel.publish(GoalID())
         self._out.publish(message)
 
     def order(self, order: Order) -> None:

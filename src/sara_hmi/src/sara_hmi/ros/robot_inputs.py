@@ -10,6 +10,7 @@ from functools import partial
 import genpy
 import rospy
 import tf2_ros
+from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import OccupancyGrid, Odometry, Path
 from rospy.numpy_msg import numpy_msg
@@ -49,7 +50,7 @@ class RobotInputs:
         self._subscribers: dict[str, rospy.Subscriber] = {}
         self._speakers: dict[str, str] = {}  # the node that spoke last on a topic
         self._alive: dict[str, float] = {}  # when a node last gave its diagnostics
-        self._diagnostics = rospy.Subscriber('/diagnostics', rospy.AnyMsg, self._on_diagnostics, queue_size=50)
+        self._diagnostics = rospy.Subscriber('/diagnostics', DiagnosticArray, self._on_diagnostics, queue_size=50)
         self._shown: dict[str, bool] = {}
         self._odometry: Odometry | None = None
         self._asked: Twist | None = None

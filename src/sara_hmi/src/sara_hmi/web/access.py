@@ -6,6 +6,8 @@ import ipaddress
 from collections.abc import Collection
 from urllib.parse import urlsplit
 
+from sara_hmi.config.config import NetworkConfig
+
 HEADERS = {
     'Content-Security-Policy': (
         "default-src 'self'; img-src 'self' data: blob:; connect-src 'self'; object-src 'none'; base-uri 'none'; "
@@ -27,6 +29,12 @@ def host_name(host: str) -> str:
         return (urlsplit(f'//{host}').hostname or '').lower()
     except ValueError:
         return ''
+
+
+def names(network: NetworkConfig, url: str) -> set[str]:
+    """The names, in lower case, that the server answers to; url: of the page in the network."""
+    known = 'localhost', *network.host_names, network.address, host_name(urlsplit(url).netloc)
+    return {name.lower() for name in known if name}
 
 
 def may_call(host: str, names: Collection[str]) -> bool:

@@ -44,7 +44,7 @@ class Server:
         self._timer: asyncio.TimerHandle | None = None
         self._loop: asyncio.AbstractEventLoop | None = None
         self._lock, self._early = threading.Lock(), []
-        self._names = {'localhost', *(name.lower() for name in config.network.host_names), config.network.address}
+        self._names = access.names(config.network, url)
 
     # From other threads
 
