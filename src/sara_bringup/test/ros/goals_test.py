@@ -4,6 +4,7 @@
 import threading
 import time
 import unittest
+from unittest import mock
 
 import actionlib
 import rospy
@@ -24,8 +25,9 @@ class MoveBase(actionlib.ActionServer):
     """
 
     def __init__(self):
-        super().__init__('move_base', MoveBaseAction, self.reach, auto_start=False)
-        self.hears = True
+        super().__init__('move_base', MoveBaseAction, self.reach, self.cancel, auto_start=False)
+        self.hears = self.reaches = True
+        self.cancelled = False
 
     def internal_goal_callback(self, goal):
         if self.hears:
@@ -33,19 +35,29 @@ class MoveBase(actionlib.ActionServer):
 
     def reach(self, handle):
         handle.set_accepted()
-        handle.set_succeeded(text='Goal reached.')
+        if self.reaches:
+            handle.set_succeeded(text='Goal reached.')
+
+    def cancel(self, handle):
+        self.cancelled = True
+        handle.set_canceled(text='Goal cancelled.')
 
 
 class GoalsTest(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
-        place = TransformStamped(child_frame_id='base_link')
-        place.header.frame_id, place.header.stamp, place.transform.rotation.w = 'map', rospy.Time.now(), 1.0
         cls.tf = StaticTransformBroadcaster()
-        cls.tf.sendTransform(place)
+        cls.stand(0.0)
         cls.move_base = MoveBase()
         cls.move_base.start()
         cls.driver = goals.Driver(10.0)
+
+    @classmethod
+    def stand(cls, x):
+        place = TransformStamped(child_frame_id='base_link')
+        place.header.frame_id, place.header.stamp = 'map', rospy.Time.now()
+        place.transform.translation.x, place.transform.rotation.w = x, 1.0
+        cls.tf.sendTransform(place)
 
     def test_a_goal_waits_until_move_base_is_there_again(self):
         self.assertEqual(self.driver.go(SOFA), (True, 'Goal reached.'))
@@ -60,6 +72,39 @@ class GoalsTest(unittest.TestCase):
         self.assertEqual(self.driver.go(SOFA), (False, 'move_base has not taken the goal within 3 s'))
         self.assertLess(time.monotonic() - began, 6.0)
         self.move_base.hears = True
+
+    def test_a_goal_whose_words_nobody_can_read_any_more_is_cancelled(self):
+        self.move_base.reaches = self.move_base.cancelled = False
+        said = []
+
+        def say(text):
+            said.append(text)
+            if len(said) > 1:
+                raise BrokenPipeError
+
+        with mock.patch.object(goals, 'say', say), self.assertRaises(BrokenPipeError):
+            self.driver.go(SOFA)
+        self.assertTrue(self.move_base.cancelled)
+        self.move_base.reaches = True
+
+    def test_somebody_takes_over_in_a_pause(self):
+        self.driver.go(SOFA)
+        self.driver.pause(0.5)
+        self.assertFalse(self.driver.taken)
+        threading.Timer(0.2, self.stand, (1.0,)).start()
+        self.driver.pause(1.0)
+        self.assertTrue(self.driver.taken)
+        self.move_base.reaches = False
+        other = actionlib.SimpleActionClient('move_base', MoveBaseAction)
+        other.wait_for_server()
+        threading.Timer(0.2, other.send_goal, (goals.goal_at((1.0, 2.0, 0.0)),)).start()
+        began = time.monotonic()
+        self.driver.pause(20.0)
+        self.assertTrue(self.driver.taken)
+        self.assertLess(time.monotonic() - began, 15.0)
+        other.cancel_goal()
+        self.move_base.reaches = True
+        self.stand(0.0)
 
 
 if __name__ == '__main__':

@@ -24,7 +24,7 @@ from std_msgs.msg import String
 
 from sara_bringup.missions.mission import MissionError
 from sara_bringup.missions.patrol import Progress, ended
-from sara_common.planar import yaw_of
+from sara_common.planar import Pose2D, is_apart, yaw_of
 from sara_control.gate.reasons import HOLDS
 from sara_nav.maps import places
 
@@ -35,6 +35,8 @@ REACHED, MISSED, WRONG, INTERRUPTED = 0, 1, 2, 130  # exit statuses
 SILENT_S = 5.0  # s of wall time without a word of move_base's status, which comes five times a second of the clock
 TAKEN_S = 3.0  # s of wall time within which move_base's status is to name a goal
 FRESH_S = 1.0  # s, the oldest pose that is written down as a place
+MOVED, TURNED = 0.2, 0.3  # m and rad that the chair is off where it stood: somebody has moved it
+UNDER_WAY = (GoalStatus.PENDING, GoalStatus.ACTIVE)
 
 
 class Unavailable(RuntimeError):
@@ -165,12 +167,27 @@ class Driver:
         self.robot = Robot()
         self._client = actionlib.SimpleActionClient('move_base', MoveBaseAction)
         self._heard, self._why, self.taken = time.monotonic(), '', False
-        rospy.Subscriber('move_base/status', GoalStatusArray, lambda _: setattr(self, '_heard', time.monotonic()))
+        self._own, self._others = None, False  # the id of its newest goal; whether another's goal is under way
+        rospy.Subscriber('move_base/status', GoalStatusArray, self._on_status)
         rospy.Subscriber('safety_gate/status', String, lambda message: setattr(self, '_why', message.data))
         self._patience = wait
         end = self._wait_for_server()
         self.robot.wait(max(0.1, end - time.monotonic()))
         self._wait_for_the_gate(end)
+
+    def _on_status(self, message):
+        self._heard, known = time.monotonic(), message.status_list
+        self._others = any(goal.status in UNDER_WAY and goal.goal_id.id != self._own for goal in known)
+
+    def pause(self, seconds: float) -> None:
+        """Stand for so long (s of ROS time), whatever the clock does; Ctrl-C gets through. `taken` is whether somebody
+        gave another goal, or moved the chair.
+        """
+        began, end = self.robot.pose(), rospy.get_time() + seconds
+        while rospy.get_time() < end and not self._others:
+            time.sleep(0.02)
+        stood, stands = (pose and Pose2D(*pose[1:]) for pose in (began, self.robot.pose()))
+        self.taken = self._others or bool(stood and stands and is_apart(stood, stands, MOVED, TURNED))
 
     def _wait_for_server(self):
         """Until move_base is there; it may have been started anew. Returns when its patience is over (wall, s). Raises
@@ -213,6 +230,7 @@ class Driver:
         self._client.send_goal(
             goal_at((place.x, place.y, place.yaw), self.robot.map_frame), done_cb=lambda _state, _result: over.set()
         )
+        self._own = self._client.gh.comm_state_machine.action_goal.goal_id.id
         late = ''
         try:
             while not over.wait(0.1):
@@ -235,6 +253,10 @@ class Driver:
                 if over.wait(3.0)
                 else 'cancelled, but move_base has not said that it stops'
             )
+            raise
+        except BaseException:  # its output is gone, say
+            self._client.cancel_goal()
+            over.wait(3.0)
             raise
         self.taken = not late and self._client.get_state() in (GoalStatus.PREEMPTED, GoalStatus.RECALLED)
         return self._end(

@@ -5,7 +5,6 @@ there, 130 interrupted.
 from __future__ import annotations
 
 import argparse
-import time
 from typing import TYPE_CHECKING
 
 import rospy
@@ -70,13 +69,6 @@ def stops(arguments: argparse.Namespace) -> list[Place]:
     return result
 
 
-def pause(seconds: float) -> None:
-    """So long of ROS time, whatever the clock does; Ctrl-C gets through."""
-    end = rospy.get_time() + seconds
-    while rospy.get_time() < end:
-        time.sleep(0.02)
-
-
 def patrol(arguments: argparse.Namespace) -> int:
     """Do it; the exit status."""
     tour = Patrol(stops(arguments), arguments.loops, arguments.on_failure == 'stop')
@@ -86,9 +78,10 @@ def patrol(arguments: argparse.Namespace) -> int:
         while not tour.done:
             if not tour.visit.first and arguments.pause:
                 goals.say(f'pause of {arguments.pause:g} s')
-                pause(arguments.pause)
-            goals.say(str(tour.visit))
-            tour.ended(*driver.go(tour.visit.place, arguments.timeout, arguments.quiet))
+                driver.pause(arguments.pause)
+            if not driver.taken:
+                goals.say(str(tour.visit))
+                tour.ended(*driver.go(tour.visit.place, arguments.timeout, arguments.quiet))
             if driver.taken:
                 goals.say('somebody took over: the patrol ends')
                 break

@@ -84,8 +84,8 @@ class RosRobot(RobotInputs):
         return view
 
     def drive(self, v: float, w: float) -> None:
-        """Publish the command of a motion of the robot, m/s and rad/s, at once. It ends a goal, as SARA's cmd_vel_mux and
-        gate see to themselves.
+        """Publish the command of a motion of the robot, m/s and rad/s, at once. It ends a goal: SARA's cmd_vel_mux sees
+        to that, here it is done for robots without a gate.
         """
         message = Twist()
         message.linear.x, message.angular.z = v, w * self.turn_slip
