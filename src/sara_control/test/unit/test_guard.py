@@ -5,10 +5,13 @@ random moments.
 import math
 import random
 
+import numpy as np
 import pytest
 
 from sara_common.config import ConfigError
+from sara_common.files import merged
 from sara_common.platforms import folders, load, parameters
+from sara_common.scans import Sweep
 from sara_control.gate.gate_config import GateConfig, PlausibilityConfig, SafetyConfig
 from sara_control.gate.guard import Guard
 from sara_control.gate.reasons import Reason, State
@@ -333,6 +336,45 @@ def test_a_slipping_base_is_told_more_than_the_profile_which_is_the_chairs_own()
         chair.run(4.0)
         assert chair.guard.comfort.w == pytest.approx(0.5 * slip)
     assert fastest == {1.0: pytest.approx(0.8), 1.27: pytest.approx(0.8 * 1.27)}
+
+
+LASER_ALONE = merged(PARAMS, {'scan': {'enabled': True}, 'handshake': False, 'gate': {'localization_timeout': 0}})
+LASER_ALONE['zones'] = {**PARAMS['zones'], 'sensors': {}}
+
+
+@pytest.mark.parametrize('silent', [False, True])
+def test_a_robot_with_a_laser_scanner_alone_stops_when_that_is_silent(silent):
+    guard, rng = Guard(SafetyConfig.from_params(LASER_ALONE)), np.random.default_rng(0)
+    t = x = 0.0
+    moves = []
+    for k in range(500):
+        t += 0.02
+        x += 0.02 * guard.comfort.v
+        if k % 5 == 0:
+            steps = round(x / 0.155 * STEPS)
+            for wheel in (0, 1):
+                guard.on_encoder(t, wheel, steps, 200 * k)
+            guard.on_imu(t, (0.0, 0.0, 0.001 * (k % 10)))
+            if not (silent and k > 250):
+                ranges = 20.0 - x + rng.normal(0.0, 0.005, 61)
+                guard.on_scan(t, Sweep(t - 0.01, -1.5, 1.5, 0.05, 0.0, 0.05, 30.0, ranges))
+        guard.on_command(t, 0.5 if k > 25 else 0.0, 0.0)
+        moves.append(guard.step(t).v)
+    assert moves[250] == 0.5 and moves[-1] == (0.0 if silent else 0.5)
+    assert not silent or guard.comfort.v == 0.0 == max(moves[350:])
+
+
+@pytest.mark.parametrize(
+    ('params', 'gate', 'fault'),
+    [
+        (LASER_ALONE, {'imu_timeout': 0}, 'imu_timeout is 0, but scan/enabled'),
+        (LASER_ALONE, {'encoder_timeout': 0}, 'encoder_timeout is 0, but scan/enabled'),
+        (LASER_ALONE, {'range_timeout': 0}, 'range_timeout is 0, but scan/enabled'),
+    ],
+)
+def test_what_a_laser_scanner_needs_is_watched(params, gate, fault):
+    with pytest.raises(ConfigError, match=fault):
+        SafetyConfig.from_params(merged(params, {'gate': gate}))
 
 
 def test_config_names_every_fault():

@@ -164,12 +164,12 @@ class Guard:
         return decision
 
     def _inputs(self):
-        watch = self.plausibility
+        watch, scan = self.plausibility, self.zones.scan
         return Inputs(
             self._bus,
             watch.encoder_stamp,
             watch.imu_stamp,
-            min(self._ranges.values(), default=math.inf),
+            min(self._ranges.values(), default=math.inf if scan is None else scan.stamp),
             self._localization,
             watch.fault,
             self._impact,

@@ -63,6 +63,11 @@ class ScanZones:
         self.hits = self.movers = self.passed = _places_of(np.empty((0, 2)), body)
         self.live = False
 
+    @property
+    def stamp(self) -> float:
+        """When the newest scan ended, s; -inf where it was not taken."""
+        return self._stamp
+
     def on_scan(self, sweep: Sweep, now: float) -> str:
         """Take a scan that came at now (s). Returns why it is not taken, or ''."""
         fault = self._fault(sweep, now)
