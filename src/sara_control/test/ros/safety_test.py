@@ -365,6 +365,19 @@ class SafetyTest(unittest.TestCase):
         self.until(lambda: self.chair.command == (0.0, 0.0) and self.driver() == 'nobody', 'it goes on')
         self.stands_although_commanded()
 
+    def test_a_joystick_that_does_not_fit_is_told(self):
+        self.chair.axes = [0.5]
+        self.until(
+            lambda: any(
+                pair.key.startswith('joystick without its axes')
+                for array in self.got['/diagnostics']
+                for status in array.status
+                for pair in status.values
+            ),
+            'not in /diagnostics',
+        )
+        self.chair.axes = [0.0, 0.0]
+
     def test_the_chairs_own_joystick(self):
         self.drive()
         self.chair.mode = 1

@@ -2,6 +2,7 @@
 what to do.
 """
 
+import argparse
 import io
 import itertools
 import os
@@ -24,6 +25,7 @@ from canserial.adapter.adapter import Adapter, AdapterConfig
 from canserial.dbc.bus import BusDescription
 from sara_common.config import ConfigError
 from sara_lowlevel.hardware import HardwareError, open_i2c
+from sara_lowlevel.joystick.joystick_command import Device
 from sara_lowlevel.joystick.joystick_device import JoystickState
 from sara_lowlevel.runner import Recorder, Runner, adapter_config
 
@@ -191,6 +193,23 @@ def test_the_joystick_node_reads_a_device(tmp_path):
         values = command.frames[-1][2]
         assert values['velD'] == values['velI'] > 2.5 and values['modo'] == 1
         assert command.end()[0] == 0
+    os.close(keep)
+
+
+def test_a_device_that_comes_back_is_read_before_it_says_anything(tmp_path):
+    """The stick is held: that it was let go, which one in the middle says, would let it drive."""
+    path, away = tmp_path / 'js0', tmp_path / 'away'
+    os.mkfifo(path)
+    keep = os.open(path, os.O_RDWR)
+    device = Device(argparse.Namespace(device=str(path), x_axis=0, y_axis=1, hold_button=None))
+    assert device.poll(0.0).stick == (512, 512)
+    device._lose('No such device')
+    path.rename(away)
+    assert device.poll(1.0) is None and 'is it plugged in' in device.problem
+    os.write(keep, struct.pack('<IhBB', 0, -32767, 0x82, 1))
+    away.rename(path)
+    assert device.poll(1.5) is None and device.poll(2.0).stick == (512, 1023)
+    device.close()
     os.close(keep)
 
 

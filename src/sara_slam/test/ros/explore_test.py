@@ -4,21 +4,26 @@ client's goal heeded, bad maps dropped; two rooms explored to the end, and back 
 """
 
 import math
+import tempfile
 import time
 import unittest
 
 import numpy as np
+import rospkg
 import rospy
 import rostest
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import PoseStamped, Twist
 from map_msgs.msg import OccupancyGridUpdate
 from nav_msgs.msg import OccupancyGrid, Odometry
+from roslaunch.config import ROSLaunchConfig
+from roslaunch.xmlloader import XmlLoader
 from sensor_msgs.msg import Range
 from std_msgs.msg import Bool, String
 from visualization_msgs.msg import Marker, MarkerArray
 
 CELL, START = 0.05, (1.0, 1.0)
+LAUNCH = f'{rospkg.RosPack().get_path("sara_slam")}/launch/explore.launch'
 PATIENCE_S = 900.0  # of a test that hangs: it takes 60 s on an idle machine
 
 
@@ -50,6 +55,19 @@ class ExploreTest(unittest.TestCase):
 
     def on_diagnostics(self, array):
         self.heard.update({status.name: status for status in array.status})
+
+    def test_the_launch_file_leaves_a_files_topics_alone(self):
+        def topics(*arguments):
+            config = ROSLaunchConfig()
+            XmlLoader().load(LAUNCH, config, argv=arguments)
+            return [config.params[f'/explore/costmap{of}_topic'].value for of in ('', '_updates')]
+
+        with tempfile.NamedTemporaryFile('w', suffix='.yaml') as file:
+            file.write('{costmap_topic: costmap/costmap, costmap_updates_topic: costmap/updates}')
+            file.flush()
+            self.assertEqual(topics(f'params:={file.name}'), ['costmap/costmap', 'costmap/updates'])
+            self.assertEqual(topics(f'params:={file.name}', 'map:=hall'), ['hall', 'hall_updates'])
+        self.assertEqual(topics(), ['map', 'map_updates'])
 
     def until(self, condition, why):
         deadline = time.monotonic() + PATIENCE_S

@@ -352,9 +352,11 @@ def test_after_a_pause_it_has_as_much_time_again():
     assert isinstance(house.step(), Drive) and house.explorer.state is of_explorer.State.EXPLORING
 
 
-def turns_home(x, params):
-    """When (s) an explorer that stands at an x (m) of a hall of 8 m turns home, and what it has said."""
-    said, now = [], 0.0
+def turns_home(x, params, back=0.0):
+    """After how long (s) an explorer that stands at an x (m) of a hall of 8 m turns home, and what it has said. back: s
+    by which the clock is set back after 50 s.
+    """
+    said, now, step = [], 0.0, 0
     one = Explorer(
         ExploreConfig(**params, progress_timeout=1e3), LatticePlanner(LatticePlannerConfig()), FOOTPRINT, said.append
     )
@@ -364,10 +366,11 @@ def turns_home(x, params):
     one.on_costmap(costmap(costs))
     one.step(now, START)
     while one.state is of_explorer.State.EXPLORING:
-        now += 2.0
+        step += 1
+        now = 2.0 * step - (back if step > 25 else 0.0)
         one.step(now, Pose2D(x, 1.0, 0.0))
-        assert now < 300.0
-    return now, said
+        assert step < 150
+    return 2.0 * step, said
 
 
 def is_due(now, way):
@@ -381,6 +384,13 @@ def test_it_turns_home_when_the_way_takes_the_time_that_is_left(x, way):
     now, said = turns_home(x, {'return_by': 200.0})
     assert is_due(now, way)
     assert any('what is left of 200 s (return_by)' in line for line in said)
+
+
+@pytest.mark.parametrize('back', [0.5, 60.0, 3600.0])
+def test_a_clock_that_is_set_back_gives_it_no_more_time(back):
+    now, _ = turns_home(4.0, {'return_by': 200.0})
+    assert abs(turns_home(4.0, {'return_by': 200.0}, back)[0] - now) <= 2.0
+    assert turns_home(4.0, {'time_limit': 100.0}, back)[0] <= 104.0
 
 
 def test_where_no_way_home_is_known_it_is_at_least_as_long_as_the_distance(monkeypatch):

@@ -81,6 +81,12 @@ def test_scans_are_used_after_a_way_a_turn_or_a_time():
     assert slam.on_scan(scan(here, (1.5, 1.0, 0.31), 19.5)).used
 
 
+@pytest.mark.parametrize(('seconds', 'used'), [(-1.0, 1), (0.0, 6), (1.0, 3)])
+def test_at_rest_scans_are_used_for_time_alone(seconds, used):
+    slam, here = Slam(SlamConfig(temporalUpdate=seconds)), ranges(MAP, (1.0, 1.0, 0.0))
+    assert sum(slam.on_scan(scan(here, (1.0, 1.0, 0.0), 1.0 + 0.5 * k)).used for k in range(6)) == used
+
+
 def test_what_cannot_be_used_is_dropped_and_told_once_and_nothing_is_lost():
     said, good = [], ranges(MAP, (1.0, 1.0, 0.0))
     slam = Slam(SlamConfig(), said.append)

@@ -47,8 +47,8 @@ class MuxNode:
             rospy.Subscriber(lock.topic, Bool, partial(self.on_lock, lock.name), queue_size=1, tcp_nodelay=True)
         if params.get('handshake', False):
             rospy.Subscriber('mode', UInt8, self.on_mode, queue_size=10, tcp_nodelay=True)
+        self.joystick = Joystick(joystick)
         if joystick.enabled:
-            self.joystick = Joystick(joystick)
             self.joystick_command = rospy.Publisher('cmd_vel_joystick', Twist, queue_size=1, tcp_nodelay=True)
             rospy.Subscriber('joystick', Joy, self.on_joystick, queue_size=1, tcp_nodelay=True)
         self.act(lambda now: self.mux.update(now))
@@ -128,13 +128,14 @@ class MuxNode:
         warned = set()
         while not self.stopping.wait(1.0):
             with self.lock:
-                dropped, driver = dict(self.mux.dropped), self.mux.driver
-                locked = self.mux.locked(rospy.get_time())
-            for name in sorted(dropped.keys() - warned):
-                rospy.logwarn('dropped: commands of %s that are not finite; counted in /diagnostics', name)
-                warned.add(name)
-            values = {f'not finite from {name}': count for name, count in dropped.items()}
-            values['locked below priority'] = locked
+                dropped = {f'not finite from {name}': count for name, count in self.mux.dropped.items()}
+                driver, locked = self.mux.driver, self.mux.locked(rospy.get_time())
+            if self.joystick.dropped:
+                dropped['joystick without its axes or buttons, or not finite'] = self.joystick.dropped
+            for what in sorted(dropped.keys() - warned):
+                rospy.logwarn('commands are dropped: %s; counted in /diagnostics', what)
+                warned.add(what)
+            values = {**dropped, 'locked below priority': locked}
             if driver == ROBOT:
                 level, text = WARN, f'{ROBOT} drives'
             elif driver == NO_DRIVER:

@@ -61,13 +61,13 @@ class Device:
 
     def poll(self, t: float) -> JoystickState | None:
         """Read what there is at `t` (s); opened anew once a second where it was lost."""
+        if self.state is None and self._retry.due(t):
+            try:
+                self._open()
+            except HardwareError as error:
+                self.problem = str(error)
         if self.state is None:
-            if self._retry.due(t):
-                try:
-                    self._open()
-                except HardwareError as error:
-                    self.problem = str(error)
-            return self.state
+            return None
         try:
             while data := os.read(self._file, 4096):
                 self.state.feed(data)

@@ -90,7 +90,7 @@ class Explorer:
         self._costmap: Costmap | None = None
         self._home = self._pose = None
         self._began = self._limit_from = self._wait_until = self._nothing_since = None
-        self._progress = None  # (s, pose) of the newest
+        self._progress = self._at = None  # (s, pose) of the newest; s of the newest step
         self._in_vain, self._waits_for = 0, ''
         self._homeward, self._home_tries = False, 0  # whether it drives home; how often it set out for it
         self._limits = Limits(config, footprint)
@@ -197,8 +197,10 @@ class Explorer:
         self.way += 0.0 if self._pose is None else pose.distance(self._pose)
         self._pose = pose
         self._chooser.at(pose)
-        if self._progress is not None and now < self._progress[0]:  # the clock went back
+        back, self._at = 0.0 if self._at is None else self._at - now, now
+        if back > 0.0:  # the clock was set
             self._progress, self._wait_until, self._nothing_since = (now, pose), None, None
+            self._began, self._limit_from = (at if at is None else at - back for at in (self._began, self._limit_from))
 
     def _on_the_way(self, now, pose):
         """The robot drives to a frontier."""

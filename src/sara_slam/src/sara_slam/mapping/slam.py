@@ -168,7 +168,7 @@ class Slam:
             return True
         c, last = self.config, self._odometry
         way, turn = math.dist(odometry[:2], last[:2]), abs(float(wrap(odometry[2] - last[2])))
-        waited = c.temporalUpdate > 0.0 and not 0.0 <= stamp - self.scans[-1].stamp < c.temporalUpdate
+        waited = c.temporalUpdate >= 0.0 and not 0.0 <= stamp - self.scans[-1].stamp < c.temporalUpdate
         return way >= c.linearUpdate or turn >= c.angularUpdate or waited
 
     def _join(self, key: KeyScan, speed: float) -> bool:
