@@ -1,6 +1,7 @@
 """The web server's own rules that need no socket."""
 
 import asyncio
+from types import SimpleNamespace
 
 import pytest
 from aiohttp import ClientSession, test_utils
@@ -30,6 +31,19 @@ def test_what_a_robot_tells_before_the_server_runs_is_heard_in_order(tmp_path):
     asyncio.run(run())
     server.post(heard.append, 'too late')
     assert heard == ['places', 'profiles']
+
+
+def test_what_is_due_is_not_put_off_by_what_comes_meanwhile(tmp_path):
+    hub, steps = SimpleNamespace(due=lambda t: t + 0.1, step=lambda t: steps.append(t) or []), []
+
+    async def run():
+        server = Server(HmiConfig(), hub, tmp_path, lambda text: None, '')
+        server._loop = asyncio.get_running_loop()
+        while len(steps) < 3:
+            server.apply([])
+            await asyncio.sleep(0.02)
+
+    asyncio.run(asyncio.wait_for(run(), 30.0))
 
 
 @pytest.mark.parametrize('host', ['sara', 'SARA:8443', 'chair.local', 'localhost', '10.1.2.3'])

@@ -335,3 +335,15 @@ def test_a_goal_under_way_is_given_up_for_home_when_its_time_is_over():
 def test_parameters_that_cannot_be_used_are_named(params, fault):
     with pytest.raises(ConfigError, match=fault):
         ExploreConfig.from_params(params)
+
+
+def test_a_map_of_one_row_is_none_and_the_one_before_stays():
+    config = ExploreConfig.from_params({'sensors': 'ranges', 'range_topics': ['front']})
+    explorer = Explorer(config, LatticePlanner(LatticePlannerConfig()), FOOTPRINT, print, Survey(1.5))
+    explorer.on_costmap(hall())
+    before = explorer.found
+    for shape in ((1, 40), (40, 1)):
+        with pytest.raises(ValueError, match='cells is none'):
+            explorer.on_costmap(Costmap(np.full(shape, FREE), GridGeometry(*shape[::-1], CELL, 0.0, 0.0)))
+    assert explorer.found is before
+    explorer.step(0.0, START)

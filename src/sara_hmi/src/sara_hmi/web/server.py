@@ -46,10 +46,8 @@ class Server:
         self._lock, self._early = threading.Lock(), []
         self._names = access.names(config.network, url)
 
-    # From other threads
-
     def post(self, function: Callable[..., None], *arguments: Any) -> None:
-        """Call a function in the server's thread, once it runs; nothing after it has ended."""
+        """From any thread: call a function in the server's, once it runs; nothing after it has ended."""
         with self._lock:
             if self._loop is None:
                 self._early.append(partial(function, *arguments))
@@ -146,11 +144,14 @@ class Server:
         self.apply([Send(show.client, {**invited, 'svg': qr.svg(url)})])
 
     def _step_when_due(self):
+        due = self.hub.due(self._loop.time())
         if self._timer is not None:
+            due = min(due, self._timer.when())  # whatever comes meanwhile does not put it off
             self._timer.cancel()
-        self._timer = self._loop.call_at(self.hub.due(self._loop.time()), self._step)
+        self._timer = self._loop.call_at(due, self._step)
 
     def _step(self):
+        self._timer = None
         self.apply(self.hub.step(self._loop.time()))
 
     async def _watch(self, hertz, tick):
@@ -275,9 +276,8 @@ class Server:
         try:
             await web.SockSite(runner, local_socket(network.port), shutdown_timeout=1.0).start()
             if tls is not None:
-                await web.TCPSite(
-                    runner, network.address, network.tls_port, shutdown_timeout=1.0, ssl_context=tls
-                ).start()
+                place = network.address, network.tls_port
+                await web.TCPSite(runner, *place, shutdown_timeout=1.0, ssl_context=tls).start()
             watches = (
                 (robot.state_hz, self.screen.show_state),
                 (robot.ranges_hz, self.screen.show_ranges),

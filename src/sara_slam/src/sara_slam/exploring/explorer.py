@@ -98,9 +98,10 @@ class Explorer:
     # -- what comes in -------------------------------------------------------------------------------------------
 
     def on_costmap(self, costmap: Costmap) -> None:
-        """The newest map."""
-        self._costmap, self.found = costmap, frontiers(costmap, self.config.min_frontier_size)
-        self._chooser.on_costmap(costmap, self.found)
+        """The newest map. Raises ValueError where it is none to choose on; the one before stays."""
+        found = frontiers(costmap, self.config.min_frontier_size)
+        self._chooser.on_costmap(costmap, found)
+        self._costmap, self.found = costmap, found
 
     def resume(self) -> None:
         """Go on, or begin anew: what could not be reached before is tried again."""

@@ -124,7 +124,11 @@ class Survey:
         return self._sum(frontier) < GIVEN_UP * len(frontier.points)
 
     def on_costmap(self, costmap: Costmap, found: Sequence[Frontier]) -> None:
-        """The newest map; frontiers are sought on it anew, for gaps between what sensors tell are none."""
+        """The newest map; frontiers are sought on it anew, for gaps between what sensors tell are none. Raises
+        ValueError for a map of one row or column.
+        """
+        if min(costmap.costs.shape) < 2:
+            raise ValueError(f'a map of {" x ".join(map(str, costmap.costs.shape))} cells is none')
         self.ground = costmap = _filled(costmap, GAP)
         costs, g = costmap.costs, costmap.geometry
         unknown = _large(costs == UNKNOWN, round(PATCH / g.resolution) ** 2)

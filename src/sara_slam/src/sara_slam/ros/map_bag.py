@@ -79,7 +79,9 @@ def scan_topic(bag: rosbag.Bag, wanted: str | None) -> str:
 
 def run(in_bag: str, out: str, config: SlamConfig, arguments: argparse.Namespace) -> dict[str, float | int]:
     """Map a bag; returns what is printed as JSON. Raises UsageError, OSError, ROSBagException."""
-    warn = Warnings(arguments.quiet)
+    warn, saver = Warnings(arguments.quiet), SaverConfig(name=out)
+    if saver.faults():
+        raise UsageError('; '.join(saver.faults()))
     with rosbag.Bag(in_bag) as bag:
         machine = BagSlam(config, scan_topic(bag, arguments.scan), warn)
         for parent, child, transform in map(static_transform, arguments.static_tf):
@@ -97,7 +99,7 @@ def run(in_bag: str, out: str, config: SlamConfig, arguments: argparse.Namespace
     if not slam.scans:
         raise UsageError(f'no map came out of {in_bag}: {machine.why_nothing(last)}')
     slam.finish()
-    save_map(slam.map(), SaverConfig(name=out))
+    save_map(slam.map(), saver)
     seconds = time.perf_counter() - began
     return {
         'scans': slam.counts['scans'],

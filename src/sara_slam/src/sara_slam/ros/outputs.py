@@ -81,7 +81,7 @@ def save_answer(map_file: str, draw: Callable[[], GridMap | None], without: str)
         return TriggerResponse(False, without)
     try:
         image, description = save_map(grid, SaverConfig(name=map_file))
-    except OSError as error:
+    except (OSError, ValueError) as error:
         return TriggerResponse(False, str(error))
     rospy.loginfo('the map is saved: %s, %s', description, image)
     return TriggerResponse(True, description)
