@@ -7,11 +7,21 @@ import time
 
 import rospy
 import tf2_ros
+from geometry_msgs.msg import PoseWithCovarianceStamped
 
 from canserial.ros.conversions import yaw_of
 
 PATIENCE_S = 1.0
 """s of the wall clock until a transform is not known."""
+
+
+def yaw_in(target: str, message: PoseWithCovarianceStamped) -> float:
+    """Yaw (rad) of a pose in a frame; NaN where a filter refuses it: what is not finite, or in an unknown frame."""
+    pose, frame = message.pose.pose, message.header.frame_id.lstrip('/')
+    if not all(map(math.isfinite, (pose.position.x, pose.position.y, pose.position.z, *message.pose.covariance))):
+        return math.nan
+    turned = 0.0 if frame in ('', target) else yaw_between(target, frame)
+    return math.remainder(yaw_of(pose.orientation) + turned, math.tau)
 
 
 def yaw_between(target: str, source: str) -> float:

@@ -35,7 +35,7 @@ from canserial.reader.readings import (
 )
 from canserial.reader.status import NO_HEADING, status_of
 from canserial.ros import calibration_store, conversions
-from canserial.ros.frames import yaw_between
+from canserial.ros.frames import yaw_in
 from canserial.ros.node import config_from_params, stop, warn_of_unknown_params
 from sara_common.ros.diagnostics import Diagnostics
 from sara_common.ros.node import on_shutdown, start_node, until_shutdown
@@ -146,21 +146,13 @@ class ReadNode:
     def on_set_pose(self, message: PoseWithCovarianceStamped) -> None:
         """The pose's yaw in the map becomes the yaw at the pose's stamp (now, if it has none or lies in the future)."""
         now, stamp = rospy.get_time(), message.header.stamp.to_sec()
-        yaw = self.yaw_in_map(message)
+        yaw = yaw_in(self.map_frame, message)
         with self.lock:
             self.reader.set_yaw(yaw, now if stamp <= 0.0 else min(stamp, now))
         if math.isnan(yaw):
             rospy.logwarn('set_pose is ignored: it is no pose, or in the unknown frame "%s"', message.header.frame_id)
         else:
             rospy.loginfo('the yaw was set to %.3f rad', yaw)
-
-    def yaw_in_map(self, message: PoseWithCovarianceStamped) -> float:
-        """Yaw (rad) of a pose in the map; NaN where the filter, which hears it too, refuses it."""
-        pose, frame = message.pose.pose, message.header.frame_id.lstrip('/')
-        if not all(map(math.isfinite, (pose.position.x, pose.position.y, pose.position.z, *message.pose.covariance))):
-            return math.nan
-        turned = 0.0 if frame in ('', self.map_frame) else yaw_between(self.map_frame, frame)
-        return math.remainder(conversions.yaw_of(pose.orientation) + turned, math.tau)
 
     def on_calibrate(self, _: TriggerRequest) -> TriggerResponse:
         """Measure the gyroscope's offset, wait until it is done, save it."""
