@@ -11,7 +11,7 @@ from sara_nav.costmaps.costmap import Costmap
 from sara_slam.exploring.explore_config import ExploreConfig
 from sara_slam.exploring.viewpoints import Surroundings
 
-PACE, SPARE_S, LOOK_S = 0.15, 60.0, 10.0
+PACE, SPARE_S, LOOK_S = 0.12, 60.0, 10.0
 """m/s at least that the way home goes on, s more that it may take, and s between two looks at how long it is."""
 
 
