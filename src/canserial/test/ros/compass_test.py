@@ -103,7 +103,7 @@ class CompassTest(unittest.TestCase):
         self.assertFalse(refused.success)
         self.assertIn('there is no calibration file', refused.message)
 
-        output = self.calibrate(chair, file)
+        output = self.calibrate(chair)
         self.assertIn('hard iron 30.0, -20.0', output)
         self.assertIn('/reader/reload_compass: the compass is calibrated', output)
         with open(file, encoding='utf-8') as stream:
@@ -124,11 +124,11 @@ class CompassTest(unittest.TestCase):
         off = math.remainder(yaw_of(chair.headings[-1].orientation) - chair.yaw, math.tau)
         self.assertLess(abs(math.degrees(off)), 1.5)
 
-    def calibrate(self, chair, file):
+    def calibrate(self, chair):
         """What calibrate_compass says while the chair turns once to each side."""
         listeners = chair.canrx.get_num_connections()
         command = ['rosrun', 'canserial', 'calibrate_compass', '--place', '40.51', '-3.35', '--date', '2026-01-01']
-        command += ['--facing', '20', '--calibration-time', '1.0', '--file', file, '--node', '/reader']
+        command += ['--facing', '20', '--calibration-time', '1.0', '--node', '/reader']
         process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
         said = []
         listener = threading.Thread(target=lambda: said.extend(iter(process.stdout.readline, '')), daemon=True)

@@ -244,8 +244,6 @@ class ReadTest(unittest.TestCase):
             '360',
             '--calibration-time',
             '1.0',
-            '--file',
-            self.file,
             '--node',
             '/reader',
             stdin=subprocess.PIPE,

@@ -73,7 +73,9 @@ class BusTool:
 
 def common_arguments(parser: argparse.ArgumentParser, dbc: str, what: str) -> None:
     """--file, --calibration-time, --dbc (with this default), --node and --dry-run of a command that finds `what`."""
-    parser.add_argument('--file', default='', help="calibration file (the robot's); a relative path lies in ROS_HOME")
+    parser.add_argument(
+        '--file', default='', help='calibration file (that of --node); a relative path lies in ROS_HOME'
+    )
     parser.add_argument(
         '--calibration-time', type=float, default=20.0, metavar='S', help='of the offset, at rest, first (20)'
     )

@@ -21,6 +21,11 @@ def resolve(name: str) -> Path:
     return Path(rospkg.get_ros_home()) / os.path.expanduser(name or f'{chosen().name}_calibration.yaml')
 
 
+def resolve_for(node: str, name: str) -> Path:
+    """The same; '': that of a running read.py, the robot's where that names none."""
+    return resolve(name or str(rospy.get_param(f'{rospy.resolve_name(node)}/calibration_file', '')))
+
+
 def load_at_start(path: Path, config: ReaderConfig) -> Calibration | None:
     """The Calibration to start with, or None; ends the node where the settings need a file that is no good.
 

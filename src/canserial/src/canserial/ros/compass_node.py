@@ -126,8 +126,8 @@ def parse(arguments: list[str] | None) -> argparse.Namespace:
 def main() -> None:
     """Run the command; exit status 0 with a calibration, 1 without, 2 for a wrong command line."""
     options = parse(rospy.myargv()[1:])
-    path = calibration_store.resolve(options.file)
     rospy.init_node('calibrate_compass', anonymous=True, disable_signals=True)
+    path = calibration_store.resolve_for(options.node, options.file)
     try:
         date = options.date or datetime.datetime.now(datetime.UTC).date()
         earth = earth_field(*options.place, 0.0, date)

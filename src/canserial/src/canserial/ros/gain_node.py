@@ -114,8 +114,8 @@ def parse(arguments: list[str] | None) -> argparse.Namespace:
 def main() -> None:
     """Run the command; exit status 0 with a gain, 1 without, 2 for a wrong command line."""
     options = parse(rospy.myargv()[1:])
-    path = calibration_store.resolve(options.file)
     rospy.init_node('calibrate_gain', anonymous=True, disable_signals=True)
+    path = calibration_store.resolve_for(options.node, options.file)
     try:
         result = GainTool(options).run()
         print('\n'.join(result.table()), flush=True)
