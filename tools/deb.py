@@ -212,6 +212,7 @@ def build(out: Path, now: float) -> None:
     os.umask(0o022)
     work = ROOT / 'build' / 'deb'
     work.mkdir(parents=True, exist_ok=True)
+    (work / 'CATKIN_IGNORE').touch()  # the source space is the whole folder
     log = work / 'deb.log'
     log.write_text('')
     packages = deb_control.read_packages(ROOT / 'src')

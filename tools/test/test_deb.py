@@ -15,6 +15,7 @@ from pathlib import Path
 import deb
 import deb_control
 import pytest
+from catkin_pkg.packages import find_package_paths
 
 SRC = deb.ROOT / 'src'
 PACKAGES = {package.name: package for package in deb_control.read_packages(SRC)}
@@ -182,6 +183,25 @@ def test_a_later_commit_is_a_later_version_and_a_release_later_than_all():
 def test_the_changelog_s_version_is_the_packages():
     version = deb_control.version_of((deb.ROOT / 'CHANGELOG.md').read_text(), 0, 'abc')
     assert {package.release for package in PACKAGES.values()} == {version.split('~')[0]}
+
+
+def test_what_a_build_leaves_behind_is_no_source_of_the_next(tmp_path, monkeypatch):
+    for name in ('CHANGELOG.md', 'src/p/package.xml'):
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+    (tmp_path / 'CHANGELOG.md').write_text('# Changelog\n\n## 0.1.0\n')
+    (tmp_path / 'src/p/package.xml').write_text('<package/>')
+
+    def install(work, *_):
+        (work / 'stage/p').mkdir(parents=True)
+        (work / 'stage/p/package.xml').write_text('<package/>')
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(deb, 'ROOT', tmp_path)
+    monkeypatch.setattr(deb, 'install', install)
+    monkeypatch.setattr(deb_control, 'read_packages', lambda _: [])
+    with pytest.raises(KeyboardInterrupt):
+        deb.build(tmp_path / 'out', 0.0)
+    assert list(find_package_paths(tmp_path)) == ['src/p']
 
 
 @pytest.fixture

@@ -256,6 +256,8 @@ class FakeChair:
         return [{'op': 'driver', 'session': SESSION, 'name': ''}]
 
     def _on_release(self, frame):
+        if self.state['driver'] != SESSION:
+            return []
         self.state['driver'] = None
         return [{'op': 'driver', 'session': None, 'name': ''}]
 

@@ -306,6 +306,52 @@ def test_arrow_buttons_by_keyboard_drive_while_enter_is_held(page):
     assert_at_rest(page)
 
 
+META = {'key': 'Meta', 'code': 'MetaLeft', 'windowsVirtualKeyCode': 91}
+ENTER = {'key': 'Enter', 'code': 'Enter', 'windowsVirtualKeyCode': 13, 'text': '\r'}
+
+
+def test_meta_ends_what_is_held_for_macos_tells_of_no_key_let_go_meanwhile(page):
+    page.load('drive')
+    page.key('ArrowUp', 'Down')
+    page.chair.wait_for('drive', count=3)
+    page.cdp('Input.dispatchKeyEvent', type='rawKeyDown', modifiers=4, **META)
+    assert_at_rest(page)
+    page.cdp('Input.dispatchKeyEvent', type='keyUp', **META)
+    page.key('ArrowUp', 'Up')
+
+
+def test_enter_with_meta_on_an_arrow_is_a_step(page):
+    page.load('drive', step=0.5)
+    page.driver.execute_script('document.querySelector(".arrow-up").focus()')
+    page.cdp('Input.dispatchKeyEvent', type='rawKeyDown', modifiers=4, **META)
+    page.cdp('Input.dispatchKeyEvent', type='keyDown', modifiers=4, **ENTER)
+    page.cdp('Input.dispatchKeyEvent', type='keyUp', **META)
+    page.chair.wait_for('drive', count=2)
+    assert_at_rest(page)
+    page.key('Enter', 'Up')
+
+
+def test_an_arrow_that_was_held_before_does_not_end_the_next_one(page):
+    page.load('drive')
+    for way in ('up', 'left'):
+        x, y = page.middle(f'.arrow-{way}')
+        page.mouse('Pressed', x, y, held=True)
+        page.chair.wait(lambda: len(page.chair.frames('drive')) > 2)
+        if way == 'left':
+            page.chair.wait(lambda: sum(frame['w'] == 0.7 for frame in page.chair.frames('drive')) > 3)
+        page.mouse('Released', x, y)
+        assert_at_rest(page)
+
+
+def test_who_asked_for_the_controls_and_leaves_asks_no_more(page):
+    page.load('drive')
+    page.chair.state['driver'] = 9
+    page.chair.send({'op': 'driver', 'session': 9, 'name': 'ui.other_drives'})  # a name, though it is a key, too
+    page.until('!!document.querySelector("[data-offer=take]")')
+    page.driver.execute_script('location.hash = "go"')
+    page.chair.wait_for('release')
+
+
 def test_a_hold_while_another_drives_does_not_wait_for_the_controls(page):
     page.load('drive')
     page.chair.state['driver'] = 3

@@ -139,6 +139,21 @@ def test_the_screen_as_the_switch(page):
     )
 
 
+def test_the_screen_as_the_switch_may_be_pressed_slowly(page):
+    """What lies under the finger is not pressed, too."""
+    page.load('go', scan='auto', scan_touch='on', scan_period=5.0)
+    page.chair.state['goal'] = {'state': 'paused', 'place': 'kitchen', 'pose': [0, 0, 0], 'left': 8.0}
+    page.until('!!document.querySelector("[data-do=resume]")')
+    page.debounced()
+    page.driver.execute_script('sara.scanner.row = document.getElementById("tabs"); sara.scanner.item = null')
+    x, y = page.middle('[data-do=resume]')
+    page.mouse('Pressed', x, y, held=True)
+    page.driver.execute_async_script('setTimeout(arguments[0], 1200)')
+    page.mouse('Released', x, y)
+    page.round_trip()
+    assert not page.chair.frames('resume')
+
+
 def test_one_switch_drives_a_step_and_a_press_ends_it(page):
     page.load('drive', scan='auto', scan_period=0.5, step=3.0)
     switch_when(page, 'document.querySelector(".scanned")?.classList.contains("arrows")')

@@ -9,37 +9,36 @@ const KEYS = { ArrowUp: 'up', ArrowDown: 'down', ArrowLeft: 'left', ArrowRight: 
 
 /** The four buttons, in which a switch's scan finds a row. */
 export function makeArrows(pump, settings) {
-  let token = null;
   let timer = null;
-
-  const hold = (name) => {
-    clearTimeout(timer);
-    token = pump.press(...WAYS[name]);
-  };
-  const release = () => pump.release(token);
-  const step = (name) => {
-    hold(name);
-    const mine = token;
-    timer = setTimeout(() => pump.release(mine), settings.get('step') * 1000);
-  };
   const holds = () => settings.get('arrows') === 'hold';
 
   const make = (name) => {
+    let token = null; // of this button: another's blur or lifted finger ends nothing of it
+    const hold = () => {
+      clearTimeout(timer);
+      token = pump.press(...WAYS[name]);
+    };
+    const release = () => pump.release(token);
+    const step = () => {
+      hold();
+      const mine = token;
+      timer = setTimeout(() => pump.release(mine), settings.get('step') * 1000);
+    };
     const node = button(say(`ui.way.${{ up: 'forward', down: 'back' }[name] ?? name}`), null, { class: `arrow arrow-${name}`, 'data-way': name }, name);
     node.addEventListener('pointerdown', (event) => {
       if (!holds() || event.button !== 0) return;
       node.setPointerCapture(event.pointerId);
-      hold(name);
+      hold();
     });
     for (const end of ['pointerup', 'pointercancel', 'lostpointercapture']) {
       node.addEventListener(end, () => holds() && release());
     }
     node.addEventListener('blur', release);
-    node.addEventListener('click', (event) => (event.detail === 0 || !holds()) && step(name));
+    node.addEventListener('click', (event) => (event.detail === 0 || !holds()) && step());
     node.addEventListener('keydown', (event) => {
-      if (!isPress(event) || !holds()) return;
+      if (!isPress(event) || !holds() || event.metaKey) return; // with Meta its keyup may never come: it is a click then
       event.preventDefault();
-      if (!event.repeat) hold(name);
+      if (!event.repeat) hold();
     });
     node.addEventListener('keyup', (event) => {
       if (!isPress(event) || !holds()) return;

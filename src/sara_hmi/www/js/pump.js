@@ -107,6 +107,8 @@ export class Pump extends EventTarget {
 export function restWhenLeft(pump, connection) {
   const rest = (why) => () => pump.rest(why);
   window.addEventListener('blur', rest('left'));
+  // While Meta is down macOS tells of no other key that is let go.
+  window.addEventListener('keydown', (event) => event.key === 'Meta' && pump.rest('left'), true);
   window.addEventListener('pagehide', () => {
     pump.rest('left');
     connection.drop(); // else a browser that keeps the page for "back" keeps its session, too, and with it the controls

@@ -114,19 +114,20 @@ export class Scanner {
   }
 
   touch(event) {
+    this.swallows = false;
     if (this.mode === 'off' || event.target.closest?.('#stop')) return;
     const everywhere = this.settings.get('scan_touch') === 'on';
     if (!everywhere && !this.moving()) return;
     event.preventDefault();
     event.stopImmediatePropagation();
-    this.touchedAt = performance.now();
+    this.swallows = true;
     this.press(false);
   }
 
-  /** The click that follows a touch that was a press of the switch. */
+  /** The click that follows a touch that was a press of the switch, however long it lasted. */
   swallowClick(event) {
-    if (event.detail === 0 || this.touchedAt === undefined || performance.now() - this.touchedAt > 1000) return;
-    this.touchedAt = undefined;
+    if (event.detail === 0 || !this.swallows) return;
+    this.swallows = false;
     event.preventDefault();
     event.stopImmediatePropagation();
   }

@@ -27,7 +27,7 @@ export function say(key, values = {}) {
     const value = values[name];
     if (value === undefined || value === null) return '';
     if (typeof value === 'number') return number(value, Number.isInteger(value) ? 0 : 1);
-    return has(value) ? say(value, values) : name === 'place' ? placeName(value) : String(value);
+    return has(value) ? say(value, { ...values, [name]: null }) : name === 'place' ? placeName(value) : String(value);
   });
 }
 

@@ -49,7 +49,7 @@ export function show(app, screen) {
       connection.removeEventListener('ack', refused);
       stick.leave();
       leaveKeys();
-      if (chair.isDriver) connection.send({ op: 'release' });
+      if (chair.mayDrive) connection.send({ op: 'release' }); // the controls, or the wish to have them
     },
   };
 }
