@@ -600,6 +600,8 @@ class TestConfig:
             {'enabled': 1},
             {'sources': [1]},
             {'nearest_look': 2.5},
+            {'margin': 0.2, 'clear': 0.2},
+            {'margin': 0.1, 'clear': 0.05},
             {'braking': 0.0},
             {'margins': 0.1},
         ],

@@ -59,6 +59,8 @@ class AssistConfig(OfPlatform):
             faults.append(
                 f'nearest_look is {self.nearest_look!r}, allowed is at most farthest_look ({self.farthest_look!r})'
             )
+        if not faults and self.margin >= self.clear:
+            faults.append(f'margin is {self.margin!r}, allowed is less than clear ({self.clear!r})')
         if faults:
             raise ConfigError(faults)
 
