@@ -59,6 +59,13 @@ def until(condition: Callable[[], object], what: str, seconds: float) -> None:
         time.sleep(0.02)
 
 
+def pause(seconds: float, ends: Callable[[], bool] = lambda: False) -> None:
+    """So long of ROS time, whatever the clock does, or until ends(); Ctrl-C gets through."""
+    end = rospy.get_time() + seconds
+    while rospy.get_time() < end and not ends():
+        time.sleep(0.02)
+
+
 def wait_for_launch(seconds: float) -> None:
     """Until the launch beside has set its parameters: a node that begins earlier may take another clock than everybody
     else. Raises Unavailable.
@@ -180,12 +187,9 @@ class Driver:
         self._others = any(goal.status in UNDER_WAY and goal.goal_id.id != self._own for goal in known)
 
     def pause(self, seconds: float) -> None:
-        """Stand for so long (s of ROS time), whatever the clock does; Ctrl-C gets through. `taken` is whether somebody
-        gave another goal, or moved the chair.
-        """
-        began, end = self.robot.pose(), rospy.get_time() + seconds
-        while rospy.get_time() < end and not self._others:
-            time.sleep(0.02)
+        """Stand for so long (s of ROS time). `taken`: somebody gave another goal meanwhile, or moved the chair."""
+        began = self.robot.pose()
+        pause(seconds, lambda: self._others)
         stood, stands = (pose and Pose2D(*pose[1:]) for pose in (began, self.robot.pose()))
         self.taken = self._others or bool(stood and stands and is_apart(stood, stands, MOVED, TURNED))
 

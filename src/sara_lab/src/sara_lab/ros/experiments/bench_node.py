@@ -25,7 +25,6 @@ from canserial.calibration.gain import ANGLES, GainProcedure
 from canserial.msg import CAN
 from canserial.ros.conversions import msg_to_frame
 from sara_bringup.ros import goals
-from sara_bringup.ros.patrol import pause
 from sara_common.planar import yaw_of
 from sara_lab.experiments.sensor_experiments import MINUTE_S, PAUSE_S, TURN_AXIS
 from sara_lowlevel.config import SensorConfig
@@ -70,13 +69,13 @@ class Bench:
     def minute(self) -> list[Frame]:
         """Frames of a minute."""
         first = len(self.frames)
-        pause(MINUTE_S)
+        goals.pause(MINUTE_S)
         return self.frames[first:]
 
     def yaw(self) -> tuple[np.ndarray, np.ndarray]:
         """(t, yaw) of a minute by read.py, rad, unwrapped."""
         first = len(self.imu)
-        pause(MINUTE_S)
+        goals.pause(MINUTE_S)
         t, yaw = np.array(self.imu[first:]).T
         return t, np.unwrap(yaw)
 
@@ -91,7 +90,7 @@ class Bench:
             raise goals.Unavailable(f'the joystick cannot be moved: {answer.message}')
         goals.until(lambda: side * (angle - self.turned(self.true, since)) <= 0.0, f'a turn to {angle:g} deg', WAIT_S)
         rospy.ServiceProxy('/simulator/clear_faults', Trigger)()
-        pause(PAUSE_S)
+        goals.pause(PAUSE_S)
         return self.turned(self.true, since), self.turned(self.imu, since)
 
     @staticmethod
@@ -133,7 +132,7 @@ def filters(bench: Bench) -> list[tuple[list[Frame], np.ndarray]]:
         if angle:
             bench.turn_to(angle, since)
         else:
-            pause(MINUTE_S)
+            goals.pause(MINUTE_S)
         t, yaw = np.array(bench.true[first:]).T
         frames = bench.frames[frame:]
         found.append((frames, np.interp([one.time for one in frames], t, np.unwrap(yaw))))

@@ -26,7 +26,6 @@ from sensor_msgs.msg import Imu
 
 from sara_bringup.lockstep.localization import RVIZ_COVARIANCE
 from sara_bringup.ros import goals
-from sara_bringup.ros.patrol import pause
 from sara_common.planar import compose, yaw_of
 from sara_lab.experiments.courses import BOTH, TRUTH, WHEELS
 from sara_lab.experiments.drives import CLICK_TICKS, CLICKS, SHOWN_M
@@ -132,7 +131,7 @@ def point_out(listener: Listener, start: tuple[float, float, float], posed: str)
         )
         message.pose.covariance = RVIZ_COVARIANCE.ravel().tolist()
         told.publish(message)
-        pause(CLICK_TICKS * STEP_S)
+        goals.pause(CLICK_TICKS * STEP_S)
         if math.dist(listener.newest(FUSED)[:2], start[:2]) < SHOWN_M:
             break
     return clicks
@@ -155,7 +154,7 @@ def drive(course: Course, setup: SetUp) -> dict[str, Any]:
         asked, given = course.placed(goal), rospy.get_time()
         reached, text = driver.go(place(asked[0], asked[1], math.degrees(asked[2])), course.timeout_s)
         ended = rospy.get_time()
-        pause(course.pause_s)
+        goals.pause(course.pause_s)
         done.append(
             Goal(asked, given, ended, reached, text, rospy.get_time(), before[:2], math.dist(before[:2], asked[:2]))
         )
