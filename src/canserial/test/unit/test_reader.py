@@ -301,7 +301,7 @@ def test_the_yaw_at_start_is_a_setting():
 def test_the_commented_file_holds_the_defaults():
     path = Path(__file__).resolve().parents[2] / 'config' / 'read.yaml'
     content = yaml.safe_load(path.read_text())
-    of_the_node = {'imu_frame', 'calibration_file', 'save_calibration'}
+    of_the_node = {'imu_frame', 'map_frame', 'calibration_file', 'save_calibration'}
     compass = {name: content.pop(name) for name in CompassConfig.__dataclass_fields__}
     assert (
         ReaderConfig.of(**{name: value for name, value in content.items() if name not in of_the_node})
