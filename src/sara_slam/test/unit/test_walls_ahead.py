@@ -209,6 +209,25 @@ def test_a_post_of_a_doorway_of_the_map_does_not_go_on(known):
     assert np.isfinite(far).sum() > 3 and (len(cells) == 0) == known
 
 
+@pytest.mark.parametrize('toward', [(1.0, 0.1), (-1.0, 0.1)])
+@pytest.mark.parametrize('tangent', [(0.0, 1.0), (0.0, -1.0)])
+@pytest.mark.parametrize(
+    ('beyond', 'aside', 'post'),
+    [
+        (-0.35, 0.4, False),
+        (-0.25, 0.4, True),
+        (0.1, -0.4, True),
+        (0.15, 0.4, False),
+        (0.0, 0.2, False),
+        (0.0, 0.7, False),
+    ],
+)
+def test_posts_stand_before_the_walls_line_and_in_it(beyond, aside, post, tangent, toward):
+    doors = Doorways(np.array([(2.0, 1.0)]), np.array([tangent]))
+    place = np.array((2.0 + math.copysign(beyond, beyond * toward[0]), 1.0 + aside))
+    assert doors.have_post_at(place, np.array(toward)) == post
+
+
 @pytest.mark.parametrize(('line', 'goes_on'), [(0.2, True), (0.7, False)])
 def test_what_is_beside_a_doorway_goes_on_once_the_robot_is_past_the_walls_line(line, goes_on):
     """A gap between two tables is a doorway, too, whose posts are as long as the tables."""

@@ -48,13 +48,13 @@ class Doorways(NamedTuple):
         return ((along < 0.5 * WIDE) & (along > 0.5 * POST * WIDE) & (across < DEEP)).any(1)
 
     def have_post_at(self, place: np.ndarray, toward: np.ndarray) -> bool:
-        """Whether a place (2,), m, is where a doorway's post may stand, before the wall's line for a robot that drives
-        toward (2,).
+        """Whether a place (2,), m, is where a doorway's post may stand, for a robot that drives toward (2,): before the
+        wall's line, or in a wall as thick as most are.
         """
         along, across = self._off(place[None])
         (dx, dy), (ox, oy), (tx, ty) = toward, (self.middles - place).T, self.tangents.T
-        before = (dx * ty - dy * tx) * (ox * ty - oy * tx) > 0.0
-        return bool(((along > 0.5 * NARROWEST) & (along < 0.5 * WIDEST) & (across < POST_DEEP) & before).any())
+        deep = np.where((dx * ty - dy * tx) * (ox * ty - oy * tx) > 0.0, POST_DEEP, DEEP)
+        return bool(((along > 0.5 * NARROWEST) & (along < 0.5 * WIDEST) & (across < deep)).any())
 
     def hold(self, places: np.ndarray, body_width: float = 0.0) -> np.ndarray:
         """(k,) whether places (k, 2), m, are in the way through a doorway of a body so wide, m; 0: not known."""

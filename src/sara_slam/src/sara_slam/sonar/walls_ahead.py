@@ -3,7 +3,7 @@ robot's front comes to, and a map is drawn too seldom to tell in time.
 
 Walls that are known go on as far as no sensor looked through them, to the next doorway of the map, and as far as the
 body has not been where they would be. Other flat things do, too, if the robot comes nearer to them, but not what is
-heard where a doorway's posts are, until the robot is past the wall's line. What is too near to be measured goes on as
+heard where a doorway's posts are, until the robot is past the wall. What is too near to be measured goes on as
 it did when it was measured; where nothing is known of it, it is taken to stand beside the robot, square to the walls.
 """
 
