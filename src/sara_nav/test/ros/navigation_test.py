@@ -41,6 +41,12 @@ def keep_out(x, y, value=100):
     return msg
 
 
+def frames(world, local, base):
+    """Settings of RobotInputs with these frames."""
+    planner = SimpleNamespace(config=None)
+    return SimpleNamespace(global_frame=world, local_frame=local, robot_base_frame=base, local_planner=planner)
+
+
 class NavigationTest(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
@@ -232,12 +238,7 @@ class NavigationTest(unittest.TestCase):
 
     def test_the_pose_is_the_newest_odometry_on_the_newest_correction_though_that_is_dated_ahead(self):
         tf = TransformListener()
-        settings = SimpleNamespace(
-            global_frame='hall',
-            local_frame='wheels',
-            robot_base_frame='body',
-            local_planner=SimpleNamespace(config=None),
-        )
+        settings = frames('hall', 'wheels', 'body')
         inputs = RobotInputs(settings, tf)
         self.assertEqual(inputs.poses(), (None, None, None))
         self.assertIn('hall', inputs.problem)
@@ -264,12 +265,7 @@ class NavigationTest(unittest.TestCase):
 
     def test_a_robot_on_a_slope_has_a_pose_and_one_that_lies_on_its_side_has_none(self):
         tf = TransformListener()
-        settings = SimpleNamespace(
-            global_frame='slope',
-            local_frame='slope',
-            robot_base_frame='rider',
-            local_planner=SimpleNamespace(config=None),
-        )
+        settings = frames('slope', 'slope', 'rider')
         for pitch in (0.1, 1.5):
             s, c = math.sin(0.5 * pitch), math.cos(0.5 * pitch)
             tipped = FakeRobot.transform('slope', 'rider', 1.0, 0.0, 1.0, rospy.Time.from_sec(100.0 + pitch))

@@ -250,17 +250,11 @@ class Driver:
                 text = progress.at(now, *pose[1:], self._why) if pose else None
                 if text:
                     say(text)
-        except KeyboardInterrupt:
+        except BaseException as error:
             self._client.cancel_goal()
-            say(
-                'cancelled: the chair stops'
-                if over.wait(3.0)
-                else 'cancelled, but move_base has not said that it stops'
-            )
-            raise
-        except BaseException:  # its output is gone, say
-            self._client.cancel_goal()
-            over.wait(3.0)
+            stops = over.wait(3.0)
+            if isinstance(error, KeyboardInterrupt):  # else nobody may be able to read it
+                say(f'cancelled{": the chair stops" if stops else ", but move_base has not said that it stops"}')
             raise
         self.taken = not late and self._client.get_state() in (GoalStatus.PREEMPTED, GoalStatus.RECALLED)
         return self._end(

@@ -174,7 +174,7 @@ class SafetyConfig:
             faults.append(f'handshake is {handshake!r}, allowed are true and false')
         if not isinstance(cancel, (list, tuple)) or not all(isinstance(topic, str) and topic for topic in cancel):
             faults.append(f'cancel_topics is {cancel!r}, allowed is a list of names of topics')
-        faults = faults or _unwatched(**{name: parts[name] for name in ('gate', 'zones', 'scan')})
+        faults = faults or _unwatched(parts['gate'], parts['zones'], parts['scan'])
         if faults:
             raise ConfigError(faults)
         return cls(
@@ -189,12 +189,13 @@ class SafetyConfig:
 
 def _unwatched(gate, zones, scan):
     """A sentence for each timeout of 0 of what a laser scanner needs, or of it itself where it is alone."""
-    needs = [] if not scan.enabled else ['encoder_timeout', 'imu_timeout']
+    if not scan.enabled:
+        return []
     faults = [
         f'gate/{name} is 0, but scan/enabled is true: scans are placed by wheels and turn rates'
-        for name in needs
+        for name in ('encoder_timeout', 'imu_timeout')
         if not getattr(gate, name)
     ]
-    if scan.enabled and not zones.sensors and not gate.range_timeout:
+    if not zones.sensors and not gate.range_timeout:
         faults.append('gate/range_timeout is 0, but scan/enabled is true: without zones/sensors it watches the scanner')
     return faults

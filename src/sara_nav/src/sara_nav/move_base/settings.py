@@ -203,10 +203,10 @@ def _move_base(parameters):
     if not parameters.has('transform_tolerance'):
         tolerance = parameters.take(GLOBAL + 'transform_tolerance', 0.3)
         config = replace(config, transform_tolerance=tolerance)
-    for name, default in (('transform_tolerance', 0.3), ('robot_base_frame', 'base_link')):
-        known = parameters.take(GLOBAL + name, default)
-        if parameters.has(LOCAL + name) and parameters.take(LOCAL + name, known) != known:
-            parameters.warnings.append(f'parameter {LOCAL}{name} has no effect: it is {known}, of {GLOBAL.rstrip("/")}')
+    base = parameters.take(GLOBAL + 'robot_base_frame', 'base_link')
+    for name, known in (('transform_tolerance', config.transform_tolerance), ('robot_base_frame', base)):
+        if parameters.take(LOCAL + name, known) != known:
+            parameters.warnings.append(f'parameter {LOCAL}{name} has no effect: it is {known}')
     if not parameters.has('clearing_radius'):
         config = replace(config, clearing_radius=parameters.take(LOCAL + 'circumscribed_radius', 0.46))
     parameters.take(LOCAL + 'inscribed_radius', 0.325)  # the peer reads it and uses it nowhere
