@@ -7,8 +7,8 @@ from sara_lab.studies import explored as of_explored
 from sara_lab.studies.sonar_drives import MAPS
 from sara_lab.studies.sonar_explored import LIMIT_S, explored
 from sara_nav.maps.map_io import FREE
-from sara_slam.exploring.explorer import State
 from sara_slam.exploring.limits import SPARE_S
+from sara_slam.exploring.orders import State
 
 
 def test_the_chair_begins_to_explore_a_room_by_its_sonars(monkeypatch):

@@ -17,11 +17,13 @@ from sara_nav.lattice.planner import LatticePlanner
 from sara_nav.maps.map_io import GridMap, MapError
 from sara_slam.exploring import explorer as of_explorer
 from sara_slam.exploring import limits
-from sara_slam.exploring.choice import choose, cost
+from sara_slam.exploring.choice import ByFrontiers, Choice, choose, cost
 from sara_slam.exploring.explore_config import ExploreConfig
-from sara_slam.exploring.explorer import Drive, Explorer, Stop
+from sara_slam.exploring.explorer import Explorer
 from sara_slam.exploring.frontiers import frontiers, share_near
 from sara_slam.exploring.ground import ground_of, updated
+from sara_slam.exploring.orders import Drive, Stop
+from sara_slam.exploring.orders import State as Exploring
 from sara_slam.exploring.viewpoints import FARTHEST, NEAREST, Surroundings
 
 FOOTPRINT = np.array([[0.5, 0.29], [0.5, -0.29], [-0.5, -0.29], [-0.5, 0.29]])
@@ -84,7 +86,7 @@ class House:
                     self.pose = order.pose
                     self.look()
                 self.explorer.ended(self.now, reached, text)
-            if self.explorer.state is of_explorer.State.DONE:
+            if self.explorer.state is Exploring.DONE:
                 return
         raise AssertionError(f'not done: {self.said[-3:]}')
 
@@ -198,7 +200,7 @@ def test_the_way_home_waits_where_no_goal_would_do_and_a_stop_ends_it():
     house.now += of_explorer.NEWS_S
     assert house.step(hold='The chair stands still.') is None and house.step() == Drive(START)
     house.explorer.ended(house.now, False, f'Goal aborted: {sentence(State.BRAKING, Reason.EMERGENCY_STOP)}')
-    assert house.explorer.state is of_explorer.State.PAUSED and house.explorer.pause('') is None
+    assert house.explorer.state is Exploring.PAUSED and house.explorer.pause('') is None
 
 
 def test_it_can_stay_where_it_ends():
@@ -271,7 +273,7 @@ def test_goals_that_end_for_the_robots_sake_are_tried_again_and_then_no_more():
         assert isinstance(house.step(), Drive) and house.step(Pose2D(1.2, 1.0, 0.0)) is None
         house.explorer.ended(house.now, False, f'Goal aborted: {late}')
         assert house.step() is None
-    assert house.explorer.state is of_explorer.State.PAUSED and 'commands stopped' in house.said[-1]
+    assert house.explorer.state is Exploring.PAUSED and 'commands stopped' in house.said[-1]
 
 
 def test_without_progress_another_frontier_is_driven_to():
@@ -349,7 +351,7 @@ def test_after_a_pause_it_has_as_much_time_again():
     house.explorer.pause('it was asked to.')
     house.now += 200.0
     house.explorer.resume()
-    assert isinstance(house.step(), Drive) and house.explorer.state is of_explorer.State.EXPLORING
+    assert isinstance(house.step(), Drive) and house.explorer.state is Exploring.EXPLORING
 
 
 def turns_home(x, params, back=0.0):
@@ -365,7 +367,7 @@ def turns_home(x, params, back=0.0):
     costs[:, 160:] = UNKNOWN
     one.on_costmap(costmap(costs))
     one.step(now, START)
-    while one.state is of_explorer.State.EXPLORING:
+    while one.state is Exploring.EXPLORING:
         step += 1
         now = 2.0 * step - (back if step > 25 else 0.0)
         one.step(now, Pose2D(x, 1.0, 0.0))
@@ -401,3 +403,53 @@ def test_where_no_way_home_is_known_it_is_at_least_as_long_as_the_distance(monke
 def test_of_two_limits_the_earlier_one_holds():
     now, said = turns_home(1.0, {'return_by': 200.0, 'time_limit': 50.0})
     assert now <= 52.0 and any('time_limit of 50 s is over' in line for line in said)
+
+
+def homeward(monkeypatch, params, pace=1.0, hold=''):
+    """The orders of an explorer that turns home 6 m off, for lack of time if params say so, and drives at `pace`, m/s;
+    what it was asked for on its way, s left each; the explorer.
+    """
+    asked, orders, frontier = [], [], frontiers(hall(), 0.5)[0]
+
+    def on_way_home(_self, _planner, _footprint, start, _home, left):
+        asked.append(left)
+        return Choice(frontier, Pose2D(start.x, 1.5, 0.0), 0.0) if len(asked) == 1 else None
+
+    monkeypatch.setattr(ByFrontiers, 'on_way_home', on_way_home)
+    monkeypatch.setattr(of_explorer, 'NEWS_S', 2.0)
+    monkeypatch.setattr(limits, 'LOOK_S', 0.0)
+    one = Explorer(ExploreConfig(**params, progress_timeout=1e3), LatticePlanner(LatticePlannerConfig()), FOOTPRINT)
+    costs = np.full((80, 200), FREE)
+    costs[[0, -1]] = costs[:, [0, -1]] = LETHAL
+    if params:
+        costs[:, 160:] = UNKNOWN
+    one.on_costmap(costmap(costs))
+    one.step(0.0, START)
+    x, now = 7.0, 0.0
+    while x > 1.0 and now < 300.0:
+        now += 1.0
+        x -= pace if one.state is Exploring.RETURNING else 0.0
+        order = one.step(now, Pose2D(x, 1.0, 0.0), hold if one.state is Exploring.RETURNING else '')
+        orders += [order] if isinstance(order, Drive) else []
+    return orders, asked, one
+
+
+def test_on_the_way_home_it_uses_the_time_that_is_left_over(monkeypatch):
+    orders, asked, one = homeward(monkeypatch, {'return_by': 200.0})
+    assert asked[0] >= of_explorer.MORE_S
+    assert orders[-1].pose == START, 'it turns home again'
+    assert orders[-2].pose.y == 1.5 and orders[-3].pose == START
+
+
+@pytest.mark.parametrize(
+    ('params', 'pace', 'hold'),
+    [
+        ({'return_by': 200.0}, limits.PACE, ''),
+        ({'return_by': 200.0}, 1.0, sentence(State.HELD, Reason.EMERGENCY_STOP)),
+        ({'time_limit': 100.0}, 1.0, ''),
+        ({}, 1.0, ''),
+    ],
+)
+def test_else_it_goes_straight_home(monkeypatch, params, pace, hold):
+    orders, asked, one = homeward(monkeypatch, params, pace, hold)
+    assert asked == [] and one.state is Exploring.RETURNING and orders[-1].pose == START

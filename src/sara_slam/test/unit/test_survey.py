@@ -25,8 +25,9 @@ from sara_slam.exploring.cones import (
     mark_seen,
 )
 from sara_slam.exploring.explore_config import ExploreConfig
-from sara_slam.exploring.explorer import Drive, Explorer, State
+from sara_slam.exploring.explorer import Explorer
 from sara_slam.exploring.ground import with_obstacles
+from sara_slam.exploring.orders import Drive, State
 from sara_slam.exploring.survey import AGAIN, Survey
 from sara_slam.exploring.wall_normals import normals
 
@@ -132,10 +133,41 @@ def test_what_has_been_passed_is_finished_first_and_when_little_time_is_left_not
     assert ends[0] > 4.0 and ends[1] < 1.5
     found = survey()
     found.on_costmap(ground, [])
-    found.finish()
+    found.finish(None)
     assert found.choose(planner(), FOOTPRINT, start, False) is None
     found.forget()
     assert found.choose(planner(), FOOTPRINT, start, False) is not None
+
+
+def test_with_little_time_left_what_is_on_the_way_home_comes_first_and_nothing_that_takes_longer():
+    ground = hall(6.0)
+    ground.costs[:, :16] = UNKNOWN  # at home
+    ground.costs[1:-1, -24:-1] = UNKNOWN  # at the other end, of which more is heard
+    start, home = Pose2D(3.0, 2.0, 0.0), Pose2D(1.5, 2.0, 0.0)
+    found = survey()
+    found.on_costmap(ground, [])
+    found.at(Pose2D(1.5, 2.0, 1.57))
+    found.at(Pose2D(4.4, 2.0, 1.57))
+    found.forget()
+
+    def next_to(left):
+        choice = found.on_way_home(planner(), FOOTPRINT, start, home, left)
+        return choice and choice.frontier.middle[0]
+
+    assert found.choose(planner(), FOOTPRINT, start, False).frontier.middle[0] > 4.0
+    assert next_to(100.0) < 1.5 and next_to(12.0) < 1.5 and next_to(3.0) is None
+    found.forget()
+    assert found.choose(planner(), FOOTPRINT, start, False).frontier.middle[0] > 4.0
+
+
+def test_where_no_way_home_is_known_ways_count_as_they_are():
+    ground = hall(6.0)
+    ground.costs[:, :16] = UNKNOWN
+    ground.costs[:, 40] = LETHAL
+    start, found = Pose2D(3.5, 2.0, 0.0), survey()
+    found.on_costmap(ground, [])
+    found.finish(Pose2D(1.5, 2.0, 0.0))
+    assert found.choose(planner(), FOOTPRINT, start, True) is None  # and no warning of NaN
 
 
 def test_what_could_not_be_reached_is_tried_again_a_few_times_when_nothing_else_is_left(monkeypatch):

@@ -19,7 +19,7 @@ from sara_lab.studies.draw_maps import draw
 from sara_lab.studies.explored import Explored, explored
 from sara_lab.studies.map_trial import judged
 from sara_nav.maps.map_io import FREE, GridMap
-from sara_slam.exploring.explorer import State
+from sara_slam.exploring.orders import State
 
 KNOWN = 0.98
 """Share of the places which the chair can reach that must be free on its map."""

@@ -14,7 +14,7 @@ from sara_lab.studies.sonar_drives import MAPS
 from sara_lab.studies.sonar_explored import LIMIT_S, SonarExplored, explored
 from sara_lab.studies.sonar_trial import heard_share
 from sara_nav.maps.map_saver import SaverConfig, save_map
-from sara_slam.exploring.explorer import State
+from sara_slam.exploring.orders import State
 
 
 def sonar_explore(seeds: int, folder: Path) -> Part:

@@ -33,8 +33,9 @@ from sara_nav.planners.planning import path_length
 from sara_sim.chips.scanner import Scan, optics_at, sweep_of
 from sara_sim.world.world import World
 from sara_slam.exploring.explore_config import ExploreConfig
-from sara_slam.exploring.explorer import Drive as DriveTo
-from sara_slam.exploring.explorer import Explorer, State
+from sara_slam.exploring.explorer import Explorer
+from sara_slam.exploring.orders import Drive as DriveTo
+from sara_slam.exploring.orders import State
 from sara_slam.mapping.slam import Slam
 
 LONGEST_S = 3600.0

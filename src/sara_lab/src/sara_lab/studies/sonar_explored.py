@@ -20,7 +20,7 @@ from sara_lab.studies.explored import Exploration
 from sara_lab.studies.sonar_trial import Made, made_by
 from sara_lab.studies.wandering import Ear, Recording
 from sara_nav.planners.planning import path_length
-from sara_slam.exploring.explorer import State
+from sara_slam.exploring.orders import State
 from sara_slam.exploring.survey import Survey
 from sara_slam.sonar.sonar_config import SonarConfig
 from sara_slam.sonar.sonar_slam import SonarSlam

@@ -68,8 +68,13 @@ class Chooser(Protocol):
     def forget(self) -> None:
         """Try again what was tried."""
 
-    def finish(self) -> None:
-        """Little time is left."""
+    def finish(self, home: Pose2D | None) -> None:
+        """Little time is left until it has to drive home; home: where that is if the way counts."""
+
+    def on_way_home(
+        self, planner: Planner, footprint: np.ndarray, start: Pose2D, home: Pose2D, left: float
+    ) -> Choice | None:
+        """As choose with little time left, what takes at most `left` s more than the way home."""
 
 
 class ByFrontiers:
@@ -113,8 +118,14 @@ class ByFrontiers:
         """See Chooser."""
         return self._strikes_of(frontier) > 1
 
-    def finish(self) -> None:
+    def finish(self, home: Pose2D | None) -> None:
         """Frontiers are chosen as before."""
+
+    def on_way_home(
+        self, planner: Planner, footprint: np.ndarray, start: Pose2D, home: Pose2D, left: float
+    ) -> Choice | None:
+        """None: what a scanner has not seen on the way out is where it turned back."""
+        return None
 
     def forget(self) -> None:
         """See Chooser."""

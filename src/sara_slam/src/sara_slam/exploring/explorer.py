@@ -7,28 +7,21 @@ Whoever else gives the robot a goal, or stops it, takes over: exploring then pau
 
 from __future__ import annotations
 
-import enum
+import math
 from collections.abc import Callable
-from typing import NamedTuple
 
 import numpy as np
 
 from sara_common.planar import Pose2D, is_apart
-from sara_control.gate import reasons
 from sara_nav.costmaps.costmap import Costmap
-from sara_nav.goals.goal import BY_CONTROL, BY_OSCILLATION, BY_PLANNING, BY_STUCK
 from sara_nav.grids.grid import INSCRIBED
 from sara_slam.exploring.choice import ByFrontiers, Choice, Chooser, Planner
 from sara_slam.exploring.explore_config import ExploreConfig
 from sara_slam.exploring.frontiers import Frontier, frontiers
+from sara_slam.exploring.goal_ends import is_out_of_reach, is_stop
 from sara_slam.exploring.limits import Limits
+from sara_slam.exploring.orders import Drive, State, Stop
 
-ABORTED = 'Goal aborted: '
-OF_THE_GOAL = tuple(text.split('.')[0] for text in (BY_PLANNING, BY_CONTROL, BY_OSCILLATION, BY_STUCK)) + (
-    'Goal refused',
-    f'{ABORTED}{reasons.sentence(reasons.State.BLOCKED, reasons.Reason.CROWD)}',
-)
-"""How move_base's words begin where a goal cannot be reached; by any other, something is wrong with the robot."""
 NEWS_S = 30.0
 """s that the map is waited for when no frontier is left: what the robot saw last may not be on it yet, and what bars
 the way may be forgotten.
@@ -38,31 +31,14 @@ RETRY_S, IN_VAIN = 5.0, 3
 between make it pause."""
 HOME_TRIES = 4
 """How often the way home is tried, NEWS_S apart."""
-FINISH_S = 240.0
-"""s before it turns home for lack of time from which on what has been begun is finished."""
+FINISH_S, MORE_S = 240.0, 30.0
+"""s before it turns home for lack of time from which on what has been begun is finished; s that the way home has left
+over for which it turns back to exploring.
+"""
 MOVED, TURNED = 0.4, 0.8
 """m and rad from where it was that are progress: a robot that goes to and fro makes none."""
 AT_HOME = 0.3
 """m from where it began that the robot need not drive."""
-
-
-class State(enum.Enum):
-    """What is going on."""
-
-    EXPLORING = 'exploring'
-    RETURNING = 'returning'
-    PAUSED = 'paused'
-    DONE = 'done'
-
-
-class Drive(NamedTuple):
-    """The order to drive to a pose (m, rad) instead of wherever else."""
-
-    pose: Pose2D
-
-
-class Stop(NamedTuple):
-    """The order to give up the goal under way."""
 
 
 class Explorer:
@@ -93,6 +69,7 @@ class Explorer:
         self._progress = self._at = None  # (s, pose) of the newest; s of the newest step
         self._in_vain, self._waits_for = 0, ''
         self._homeward, self._home_tries = False, 0  # whether it drives home; how often it set out for it
+        self._cut_short, self._left = False, math.inf  # whether it has for lack of time; s until it has to
         self._limits = Limits(config, footprint)
 
     # -- what comes in -------------------------------------------------------------------------------------------
@@ -106,7 +83,7 @@ class Explorer:
     def resume(self) -> None:
         """Go on, or begin anew: what could not be reached before is tried again."""
         if self.state in (State.PAUSED, State.DONE):
-            self._limit_from = None
+            self._limit_from, self._cut_short = None, False
             self._chooser.forget()
             self._in_vain, self._nothing_since, self._wait_until = 0, None, None
             self.state = State.EXPLORING
@@ -131,10 +108,10 @@ class Explorer:
             if reached:
                 self._in_vain = 0
                 self._chooser.tried(visit, True)
-            elif text.startswith(OF_THE_GOAL):
+            elif is_out_of_reach(text):
                 self._chooser.tried(visit, False)
                 self.say(f'A frontier at {_place(visit.frontier)} is left: {text}')
-            elif text.removeprefix(ABORTED) in reasons.STOPS:
+            elif is_stop(text):
                 self.pause(text)
             else:
                 self._failed(now, text)
@@ -162,14 +139,14 @@ class Explorer:
         if self._wait_until is not None and now < self._wait_until:
             return None
         self._wait_until = None
-        if self.state is State.RETURNING:
-            return None if self._homeward or hold else self._go_home()
         self._limit_from = now if self._limit_from is None else self._limit_from
-        left, limit = self._limits.left(now - self._limit_from, pose, self._home, self._chooser.ground)
-        if left <= 0.0:
+        self._left, limit = self._limits.left(now - self._limit_from, pose, self._home, self._chooser.ground)
+        if self.state is State.RETURNING:
+            return None if hold else self._more(now, pose) if self._homeward else self._go_home()
+        if self._left <= 0.0:
             return self._time_is_up(now, pose, limit)
-        if left <= FINISH_S:
-            self._chooser.finish()
+        if self._left <= FINISH_S:
+            self._chooser.finish(self._home if self.config.return_by else None)
         return self._on_the_way(now, pose) if self.visit is not None else self._next(now, pose)
 
     # -- what comes of it ----------------------------------------------------------------------------------------
@@ -223,16 +200,23 @@ class Explorer:
 
     def _next(self, now, pose):
         """Choose a frontier and drive there; without any, wait for news, and then go home."""
-        choice = self._chooser.choose(self._planner, self._footprint, pose, self.visit is not None)
+        choice = self._choice(pose)
         if choice is not None:
             self._nothing_since = None
             return self._drive(now, pose, choice)
         if self.visit is not None:
             return None
+        if self._cut_short:
+            return self._finish(now, pose)
         self._nothing_since = now if self._nothing_since is None else self._nothing_since
         if now - self._nothing_since < NEWS_S:
             return None
         return self._finish(now, pose)
+
+    def _choice(self, pose):
+        if self._cut_short:
+            return self._chooser.on_way_home(self._planner, self._footprint, pose, self._home, self._left)
+        return self._chooser.choose(self._planner, self._footprint, pose, self.visit is not None)
 
     def _drive(self, now, pose, visit):
         self.visit, self._progress = visit, (now, pose)
@@ -241,8 +225,17 @@ class Explorer:
         )
         return Drive(visit.pose)
 
+    def _more(self, now, pose):
+        """On the way home, which may take less time than was kept for it."""
+        choice = self._choice(pose) if self._cut_short and self._left >= MORE_S else None
+        if choice is None:
+            return None
+        self.state, self._homeward = State.EXPLORING, False
+        self.say(f'There are {self._left:.0f} s more than the way back takes.')
+        return self._drive(now, pose, choice)
+
     def _time_is_up(self, now, pose, limit):
-        under_way, self.visit = self.visit is not None, None
+        under_way, self.visit, self._cut_short = self.visit is not None, None, True
         self.say(limit)
         return self._finish(now, pose) or (Stop() if under_way else None)
 
@@ -268,7 +261,7 @@ class Explorer:
     def _home_again(self, now, reached, text):
         """The way home has ended, there or before."""
         self._homeward = False
-        if not reached and text.removeprefix(ABORTED) in reasons.STOPS:
+        if not reached and is_stop(text):
             self.pause(text)
         elif not reached and self._home_tries < HOME_TRIES:
             self._wait_until = now + NEWS_S

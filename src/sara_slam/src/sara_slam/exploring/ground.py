@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
+from scipy.ndimage import distance_transform_edt, label
 
 from sara_nav.costmaps.costmap import Costmap
 from sara_nav.costmaps.layers.static import Source, look_up
@@ -41,3 +44,21 @@ def updated(ground: Costmap, x: int, y: int, data: np.ndarray) -> Costmap:
     costs = ground.costs.copy()
     costs[y : y + rows, x : x + columns] = _COSTS[data.view(np.uint8)]
     return Costmap(costs, ground.geometry)
+
+
+def filled(costmap: Costmap, wide: float) -> Costmap:
+    """The Costmap on which unknown cells in gaps up to twice as wide as `wide` (m) between known ones are free."""
+    costs, g = costmap.costs, costmap.geometry
+    pad = math.ceil(wide / g.resolution) + 1
+    known = np.pad(costs != UNKNOWN, pad)
+    near = distance_transform_edt(~known) * g.resolution <= wide
+    closed = (distance_transform_edt(near) * g.resolution > wide)[pad:-pad, pad:-pad]
+    return Costmap(np.where(closed & (costs == UNKNOWN), FREE, costs).astype(np.uint8), g)
+
+
+def large_patches(cells: np.ndarray, least: float) -> np.ndarray:
+    """Those of bool cells (rows, columns) whose patch has as many as `least`."""
+    labels, _ = label(cells)
+    large = np.bincount(labels.ravel()) >= least
+    large[0] = False
+    return large[labels]

@@ -13,12 +13,12 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from scipy.ndimage import binary_dilation, distance_transform_edt, label, maximum_filter
+from scipy.ndimage import binary_dilation, maximum_filter
 
 from sara_common.planar import Pose2D, is_apart, wrap
 from sara_nav.costmaps.costmap import Costmap, freed
 from sara_nav.grids.collision import LocalWorld
-from sara_nav.grids.grid import FREE, INSCRIBED, UNKNOWN
+from sara_nav.grids.grid import INSCRIBED, UNKNOWN
 from sara_nav.planners.planning import PlanError
 from sara_slam.exploring.choice import Choice, Planner
 from sara_slam.exploring.cones import (
@@ -33,7 +33,7 @@ from sara_slam.exploring.cones import (
     warm,
 )
 from sara_slam.exploring.frontiers import Frontier, cells_of
-from sara_slam.exploring.ground import with_obstacles
+from sara_slam.exploring.ground import filled, large_patches, with_obstacles
 from sara_slam.exploring.pace import Pace
 from sara_slam.exploring.viewpoints import Surroundings
 from sara_slam.exploring.wall_normals import normals
@@ -96,6 +96,7 @@ class Survey:
         self._expected = self._near = None  # of each cell, and of the best beside it
         self._trail: list[tuple[float, float]] = []
         self._passed, self._looked, self._farther = np.zeros((1, 1), bool), 0, FARTHER
+        self._home: Pose2D | None = None  # where the way home counts
         self._chosen = 0.0
 
     def add_sensor(self, mount: Sequence[float], field_of_view: float) -> None:
@@ -109,7 +110,7 @@ class Survey:
 
     def forget(self) -> None:
         """Expect as much of everything as if nothing had been heard."""
-        self._faced[:], self._expected, self._farther = 0, None, FARTHER
+        self._faced[:], self._expected, self._farther, self._home = 0, None, FARTHER, None
         self._tried.clear()
 
     def tried(self, choice: Choice, reached: bool) -> None:
@@ -129,9 +130,9 @@ class Survey:
         """
         if min(costmap.costs.shape) < 2:
             raise ValueError(f'a map of {" x ".join(map(str, costmap.costs.shape))} cells is none')
-        self.ground = costmap = _filled(costmap, GAP)
+        self.ground = costmap = filled(costmap, GAP)
         costs, g = costmap.costs, costmap.geometry
-        unknown = _large(costs == UNKNOWN, round(PATCH / g.resolution) ** 2)
+        unknown = large_patches(costs == UNKNOWN, round(PATCH / g.resolution) ** 2)
         kinds = np.full(costs.shape, FREE_CELL, np.uint8)
         kinds[(costs >= INSCRIBED) & (costs != UNKNOWN)] = WALL_CELL
         kinds[unknown] = UNKNOWN_CELL
@@ -147,9 +148,18 @@ class Survey:
         """What move_base plans by: where its footprint would touch an obstacle, it refuses to go."""
         self.obstacles = costmap
 
-    def finish(self) -> None:
-        """Little time is left: nothing is begun any more that has not been passed."""
-        self._farther = 0.0
+    def finish(self, home: Pose2D | None) -> None:
+        """Little time is left: nothing is begun any more that has not been passed, and of ways counts by how much they
+        make the way home longer.
+        """
+        self._farther, self._home = 0.0, home
+
+    def on_way_home(
+        self, planner: Planner, footprint: np.ndarray, start: Pose2D, home: Pose2D, left: float
+    ) -> Choice | None:
+        """See Chooser."""
+        self.finish(home)
+        return self._choose(planner, footprint, start, True, left)
 
     def at(self, pose: Pose2D) -> None:
         """The robot is at a pose."""
@@ -194,6 +204,9 @@ class Survey:
         """From where most is expected for the time it takes to get there; None where nothing is left that a plan leads
         to. Its cost is what is expected, less than 0, m per s.
         """
+        return self._choose(planner, footprint, start, under_way, math.inf)
+
+    def _choose(self, planner, footprint, start, under_way, left):
         self._footprint = footprint
         ground = self.ground if self.obstacles is None else with_obstacles(self.ground, self.obstacles)
         around = Surroundings(ground, start, footprint)
@@ -209,7 +222,9 @@ class Survey:
         passed = self._has_passed().ravel()[places.clip(0)]
         gain = (hoped * np.where(passed, 1.0, float(self._farther > 0.0))).sum((1, 2))
         worth = (hoped * np.where(passed, 1.0, self._farther)).sum((1, 2))
-        rate = np.where(gain >= LEAST, worth / PACE.seconds_to(stands, ways, start, THERE), 0.0)
+        longer = ways if self._home is None else self._detours(ground, start, stands, ways)
+        seconds = PACE.seconds_to(stands, longer, start, THERE)
+        rate = np.where((gain >= LEAST) & (seconds <= left), worth / seconds, 0.0)
         for pose, _ in self._tried:
             off = np.hypot(stands[:, 0] - pose.x, stands[:, 1] - pose.y)
             rate[(off < SAME_M) & (np.abs(wrap(stands[:, 2] - pose.yaw)) < SAME_RAD)] = 0.0
@@ -228,6 +243,12 @@ class Survey:
             self._chosen = self._sum(frontier)
             return Choice(frontier, pose, -float(rate[k]))
         return None
+
+    def _detours(self, ground, start, stands, ways):
+        """m that ways to stands are longer than the way home; as they are where none is known."""
+        from_home = Surroundings(ground, self._home, self._footprint)
+        home = from_home.way_to(start.x, start.y)
+        return np.maximum(ways + from_home.ways_to(stands[:, :2]) - home, 0.0) if math.isfinite(home) else ways
 
     def _again(self, planner, footprint, start):
         """As choose, of what could not be reached."""
@@ -259,24 +280,6 @@ class Survey:
         borders_heard(self._cells, sensors, self._reach, places, far)
         shape = len(poses), len(self._sensors), RAYS
         return places.reshape(shape), far.reshape(shape)
-
-
-def _filled(costmap, wide):
-    """The Costmap on which unknown cells in gaps up to twice as wide as `wide` (m) between known ones are free."""
-    costs, g = costmap.costs, costmap.geometry
-    pad = math.ceil(wide / g.resolution) + 1
-    known = np.pad(costs != UNKNOWN, pad)
-    near = distance_transform_edt(~known) * g.resolution <= wide
-    closed = (distance_transform_edt(near) * g.resolution > wide)[pad:-pad, pad:-pad]
-    return Costmap(np.where(closed & (costs == UNKNOWN), FREE, costs).astype(np.uint8), g)
-
-
-def _large(cells, least):
-    """Those of bool cells whose patch has as many as `least`."""
-    labels, _ = label(cells)
-    large = np.bincount(labels.ravel()) >= least
-    large[0] = False
-    return large[labels]
 
 
 def _paste(source, corner, target, other):

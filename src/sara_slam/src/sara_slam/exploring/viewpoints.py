@@ -58,6 +58,11 @@ class Surroundings:
         cell = self.costmap.geometry.to_cell(x, y)
         return math.inf if cell is None else float(self._ways[cell[1], cell[0]])
 
+    def ways_to(self, points: np.ndarray) -> np.ndarray:
+        """(n,) as way_to, of points (n, 2) on the map."""
+        columns, rows = cells_of(points, self.costmap.geometry)
+        return self._ways[rows, columns]
+
     def views(self, frontier: Frontier, most: int, apart_from: Sequence[Pose2D] = ()) -> list[View]:
         """Up to `most` Views of a frontier's middle, the best first: near, and about BEST from it, where the footprint
         fits and nothing stands between; APART from each other and from the poses of `apart_from`.

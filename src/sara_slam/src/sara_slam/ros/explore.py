@@ -41,8 +41,9 @@ from sara_nav.move_base.settings import Settings, read_settings
 from sara_nav.ros import conversions as conv
 from sara_nav.ros.common import TransformListener
 from sara_slam.exploring.explore_config import ExploreConfig
-from sara_slam.exploring.explorer import Drive, Explorer, State
+from sara_slam.exploring.explorer import Explorer
 from sara_slam.exploring.ground import ground_of, updated
+from sara_slam.exploring.orders import Drive, State
 from sara_slam.exploring.survey import Survey
 from sara_slam.ros.markers import frontier_markers
 
