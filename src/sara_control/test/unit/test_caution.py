@@ -156,6 +156,16 @@ def test_what_left_the_cone_as_the_chair_went_on_hides_people_still_and_what_lef
     assert result.scale(0.5, 0.0, t) == 1.0
 
 
+def test_what_left_the_cone_as_the_chair_went_on_is_known_still_after_it_has_stood_for_long():
+    result, t = alarmed({'SDI': 0.4}, config=replace(CONFIG, memory=60.0))
+    t = feed(result, math.inf, t, 0.2, 0.0, 1.0)
+    t = feed(result, math.inf, t, 0.0, 0.02, 30.0)  # at rest; the gyro says 0.02 rad/s
+    assert 0.5 * result.scale(0.5, 0.0, t) <= CREEP
+    t = feed(result, math.inf, t, 0.2, 0.0, 3.0)
+    assert result.scale(0.5, 0.0, t) == 1.0
+    assert all(len(history) < 40 for history in result._history.values()), 'no more is kept than the way tells of'
+
+
 @given(st.floats(-0.8, 0.8), st.floats(-0.8, 0.8))
 def test_for_a_while_after_somebody_was_near_the_whole_body_creeps(v, w):
     result = caution()

@@ -1,13 +1,14 @@
 """What was heard close and is heard no more since the chair moved stands beside the cone still."""
 
 import math
+from dataclasses import replace
 
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from sara_common.platforms import load, parameters
-from sara_control.zones.lost_echoes import CLOSE, KEPT, NEAREST, LostEchoes
+from sara_control.zones.lost_echoes import CLOSE, KEPT, LATELY, NEAREST, LostEchoes
 from sara_control.zones.zone_config import ZoneConfig
 from sara_control.zones.zones import Zones
 
@@ -101,6 +102,27 @@ def test_it_is_forgotten_when_a_cone_finds_it_free_and_after_some_way():
     for k in (2, 3):
         lost.carry(1.0 + 0.2 * (600 + k) + KEPT / 0.1, 0.1, 0.0)
     assert not lost.places
+
+
+@pytest.mark.parametrize('stops', (True, False))
+def test_a_place_that_a_cone_finds_free_for_a_while_is_forgotten_though_its_range_does_not_change(stops):
+    """In open space a sensor says +Inf all the time."""
+    lost, sensor = losing(), SENSORS['SDI']
+    lost.carry(1.4, -0.8, 0.0)
+    for stamp in [1.4 + 0.1 * k for k in range(1, 20)]:
+        lost.carry(stamp, 0.0, 0.0)
+        assert lost.places or stamp > 1.5 + LATELY
+        lost.on_same_range(sensor if stops else replace(sensor, name='SLID', stops=False), math.inf)
+    assert bool(lost.places) != stops
+
+
+def test_a_place_that_is_found_free_with_a_break_is_kept():
+    lost = losing()
+    lost.carry(1.4, -0.8, 0.0)
+    for k in range(1, 40):
+        lost.carry(1.4 + 0.1 * k, 0.0, 0.0)
+        lost.on_same_range(SENSORS['SDI'], 0.3 if k % 10 == 0 else math.inf)
+    assert lost.places
 
 
 @pytest.mark.parametrize('pause', (0.6, -0.1))

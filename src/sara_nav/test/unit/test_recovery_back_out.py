@@ -34,8 +34,8 @@ def world(*boxes):
 class Robot:
     """Obeys with a lag, once it has driven in by commands (v, w, s)."""
 
-    def __init__(self, place, commands=(), pose=Pose2D(0.0, 0.0, 0.0), held=False):
-        self.world, self.pose, self.t, self.held = place, pose, 0.0, held
+    def __init__(self, place, commands=(), pose=Pose2D(0.0, 0.0, 0.0), held=False, waits=()):
+        self.world, self.pose, self.t, self.held, self.waits = place, pose, 0.0, held, waits
         self.velocity, self.track, self.poses, self.commands = (0.0, 0.0), Track(), [], []
         self.came = [pose]
         for v, w, seconds in commands:
@@ -50,6 +50,10 @@ class Robot:
             situation = Situation(self.t, DT, self.pose, self.pose, self.velocity, self.world, costmaps, self.track)
             if number == 0:
                 behaviour.start(situation)
+            if self.waits and self.waits[0] <= self.t < self.waits[1]:  # move_base waits for a sensor
+                behaviour.excuse_standing()
+                self.t += DT
+                continue
             step = behaviour.update(situation)
             if step.done:
                 return step
@@ -203,6 +207,13 @@ def test_held_by_something_it_does_not_know_it_gives_up():
     step = robot.back_out()
     assert 'something holds it' in step.text and 9.0 <= robot.t < 11.0
     assert {math.copysign(1.0, v) for v, _ in robot.commands if v} == {1.0, -1.0}, 'it has tried both ways'
+
+
+def test_time_that_the_robot_waited_in_is_not_taken_for_standing_in_vain():
+    robot = Robot(world(), [(0.4, 0.0, 5.0)], waits=(0.1, 20.0))
+    step = robot.back_out()
+    assert 'something holds it' not in step.text and robot.t > 20.0
+    assert {math.copysign(1.0, v) for v, _ in robot.commands if v} == {-1.0}
 
 
 def test_with_something_right_behind_it_draws_away_from_it():

@@ -37,7 +37,6 @@ BETWEEN = math.radians(20.0)  # a sensor's sector goes this far beyond both edge
 DIRECTIONS = 11  # in that sector
 LATELY = 1.0  # s that every echo counts for
 NOISY_FOR = 3.0  # s of noise after which a sensor's detections are void, and those of so many s before
-HISTORY = 100  # readings of each sensor that are kept
 PACE = 0.08  # m of path after which an echo counts as passed
 
 
@@ -106,6 +105,14 @@ class Motion(NamedTuple):
         return not self.commanded and abs(self.v) <= STANDS[0] and abs(self.w) <= STANDS[1]
 
 
+class Heard(NamedTuple):
+    """A raw reading: s, m of path until then, m."""
+
+    stamp: float
+    path: float
+    range: float
+
+
 class Caution:
     """config: CautionConfig. sensors: RangeSensors, with half_angle (rad) of their cones. half: half the body's length
     and width, m.
@@ -124,7 +131,7 @@ class Caution:
             if sensor.stops:  # one inside the outline measures the jambs beside the chair
                 self._sectors[sensor.name] = self._sector(sensor, half_angle)
         self._radius = math.hypot(*half)
-        self._history = {name: deque(maxlen=HISTORY) for name in self._sectors}  # (stamp, m of path, m): raw readings
+        self._history = {name: deque() for name in self._sectors}  # Heard
         self._nearest = {}  # {name: m}, cached until the next reading
         self._path, self._last = 0.0, -math.inf
         self.expected = config.expected
@@ -171,7 +178,7 @@ class Caution:
         if distance < TOUCHING:
             distance = TOUCHING
         if name in self._history:
-            self._history[name].append((stamp, self._path, distance))
+            self._remember(self._history[name], Heard(stamp, self._path, distance))
             self._nearest.pop(name, None)
         if not motion.standing:
             self._moved_at = stamp
@@ -186,12 +193,22 @@ class Caution:
             ):
                 self._detect(name, stamp, min(distance, before[1]))
 
+    def _remember(self, history, heard):
+        """All of `way`; where the chair stands, what was heard there LATELY."""
+        here = []
+        while history and history[-1].path == heard.path:
+            here.append(history.pop())
+        history.extend(before for before in reversed(here) if before.stamp >= heard.stamp - LATELY)
+        history.append(heard)
+        while history[0].path < heard.path - self.config.way:
+            history.popleft()
+
     def _drive(self, stamp, motion):
         """The chair has moved so until stamp (s)."""
         if stamp < self._last - LATELY:  # the clock was set back
             self._forget()
             self._last = -math.inf
-        if self._last > -math.inf:
+        if self._last > -math.inf and not motion.standing:
             seconds = min(max(stamp - self._last, 0.0), LONGEST_GAP)
             self._path += (abs(motion.v) + abs(motion.w) * self._radius) * seconds
         self._last = stamp

@@ -33,12 +33,15 @@ DISORDER = 0.05  # s by which a reading may come after a later one of another se
 
 
 class LostPlace(NamedTuple):
-    """x, y: place in the base frame now, m. name: of the sensor that lost it. driven: m since then."""
+    """x, y: place in the base frame now, m. name: of the sensor that lost it. driven: m since then. free: which sensor
+    has found it free, and since when (s).
+    """
 
     x: float
     y: float
     name: str
     driven: float = 0.0
+    free: tuple[str, float] = ('', math.inf)
 
 
 class LostEchoes:
@@ -65,9 +68,27 @@ class LostEchoes:
         if not self.places or dt == 0.0:
             return False
         c, s = math.cos(w * dt), math.sin(w * dt)
-        moved = [(p.x - v * dt, p.y, p.name, p.driven + abs(v) * dt) for p in self.places if p.driven <= KEPT]
-        self.places = [LostPlace(c * x + s * y, c * y - s * x, name, driven) for x, y, name, driven in moved]
+        moved = [(p.x - v * dt, p) for p in self.places if p.driven <= KEPT]
+        self.places = [
+            p._replace(x=c * x + s * p.y, y=c * p.y - s * x, driven=p.driven + abs(v) * dt) for x, p in moved
+        ]
         return True
+
+    def on_same_range(self, sensor: RangeSensor, now: float) -> bool:
+        """A sensor's filtered range (m, +-Inf) has stayed as it was. What it finds free so for LATELY is. Returns
+        whether `places` changed.
+        """
+        kept = []
+        for place in self.places:
+            if sensor.stops and self._free(sensor, now, place):
+                since = place.free[1] if place.free[0] == sensor.name else self._last
+                if self._last - since <= LATELY:
+                    kept.append(place._replace(free=(sensor.name, since)))
+            else:
+                kept.append(place._replace(free=('', math.inf)) if place.free[0] == sensor.name else place)
+        changed = len(kept) != len(self.places)
+        self.places = kept
+        return changed
 
     def on_range_change(self, sensor: RangeSensor, before: float | None, now: float) -> bool:
         """A sensor's filtered range (m, +-Inf as in REP-117) has changed. Returns whether `places` changed."""

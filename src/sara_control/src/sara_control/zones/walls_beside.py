@@ -27,7 +27,7 @@ FARTHEST = 1.2  # m: an echo from farther away is not searched for a wall
 APART = 0.03  # m that are driven between two readings of a wall
 LEAST, SPAN, LONGEST = 3, 0.4, 0.8  # readings of a wall; m of way that they span at least, and at most
 STRAIGHT = 0.015  # m, r.m.s., by which they may differ from a line: those of an edge that is passed differ by more
-ENDED, MISSES = 0.1, 3  # m farther than the wall, and so many times in a row: it has ended
+ENDED, MISSES = 0.1, 3  # m off the wall, and so many times in a row: it has ended, or something stands before it
 DELAY = 0.1  # s from a burst to the stamp of its raw range
 BORDER = 0.05  # rad beyond the border of the cone at which a wall may still be heard
 CLOSING, STEEP = 0.07, 0.44  # rad by which it closes in, at least; one that does so by more is heard ahead
@@ -38,24 +38,33 @@ TURNING = 0.5  # 1/m: a curve towards the wall that is tighter than this turns t
 
 
 class Reading(NamedTuple):
-    """x, y, axis of the sensor in the frame of the way (m, rad). range, m. driven: m until then."""
+    """x, y, axis of the sensor in the frame of the way (m, rad). range, m. driven: m until then. along: m ahead, less
+    those astern.
+    """
 
     x: float
     y: float
     axis: float
     range: float
     driven: float
+    along: float
 
 
-def fitted(readings: list[Reading], half_angle: float) -> Line | None:
+def fitted(readings: list[Reading], half_angle: float, spare: bool = True) -> Line | None:
     """The wall that readings of one sensor tell of; None where they do not: too few, or not of one flat thing in the
-    cone (half_angle, rad).
+    cone (half_angle, rad). spare: whether one of them may be of something else.
     """
-    if len(readings) < LEAST or readings[-1].driven - readings[0].driven < SPAN:
+    along = [q.along for q in readings]
+    if len(readings) < LEAST or max(along) - min(along) < SPAN:
         return None
     found = tangent([(q.x, q.y, q.range) for q in readings], readings[-1].axis)
-    if found is None or math.sqrt(sum(e * e for e in found.off) / len(readings)) > STRAIGHT:
+    if found is None:
         return None
+    if math.sqrt(sum(e * e for e in found.off) / len(readings)) > STRAIGHT:
+        if not spare or len(readings) <= LEAST + 1:
+            return None
+        worst = max(range(len(readings)), key=lambda k: abs(found.off[k]))
+        return fitted(readings[:worst] + readings[worst + 1 :], half_angle, False)
     wall = found.line
     if any(abs(wrap(wall.normal - q.axis)) > half_angle + BORDER for q in (readings[0], readings[-1])):
         return None
@@ -69,17 +78,19 @@ class WallsBeside:
     """
 
     def __init__(self, sensors: Iterable[RangeSensor], half_angle: float, body: Body) -> None:
-        self._all = [sensor for sensor in sensors if abs(math.sin(sensor.yaw)) > 0.7]
+        sensors = [sensor for sensor in sensors if abs(math.sin(sensor.yaw)) > 0.7]
+        self._sensors = {sensor.name: sensor for sensor in sensors}
         self.most = 2 * PLACES  # places at most
         self._half, self._body = half_angle, body
-        self._stamp, self._pose, self._driven, self._sense = None, (0.0, 0.0, 0.0), 0.0, 1.0
+        self._stamp, self._pose, self._driven, self._along, self._sense = None, (0.0, 0.0, 0.0), 0.0, 0.0, 1.0
         self.places: list[tuple[float, float, str, float]] = []
+        sides = [[s for s in sensors if s.y * side > 0.0] for side in (1.0, -1.0)]
+        self._leading = {
+            sense: {max(of, key=lambda s: sense * s.x).name for of in sides if of} for sense in (1.0, -1.0)
+        }
         self._forget()
 
     def _forget(self):
-        sides = [[s for s in self._all if s.y * side > 0.0] for side in (1.0, -1.0)]
-        leading = [max(of, key=lambda s: self._sense * s.x) for of in sides if of]
-        self._sensors = {sensor.name: sensor for sensor in leading}
         self._readings: dict[str, deque[Reading]] = {name: deque() for name in self._sensors}
         self._walls: dict[str, Line] = {}
         self._misses = dict.fromkeys(self._sensors, 0)
@@ -99,13 +110,12 @@ class WallsBeside:
             return
         dt = math.inf if self._stamp is None else stamp - self._stamp
         self._stamp = stamp
-        sense = self._sense if abs(v) <= MOVING else math.copysign(1.0, v)
-        if not 0.0 < dt <= LONGEST_GAP or sense != self._sense:
-            self._sense = sense
+        self._sense = self._sense if abs(v) <= MOVING else math.copysign(1.0, v)
+        if not 0.0 < dt <= LONGEST_GAP:
             self._forget()
-        if 0.0 < dt <= LONGEST_GAP:
-            self._pose = advanced(*self._pose, v, w, dt)
-            self._driven += abs(v) * dt
+            return
+        self._pose = advanced(*self._pose, v, w, dt)
+        self._driven, self._along = self._driven + abs(v) * dt, self._along + v * dt
 
     def _hear(self, sensor, distance, pose):
         """A range that was measured when the chair was at a pose."""
@@ -116,7 +126,7 @@ class WallsBeside:
             self._misses[name] = 0
             return
         farther = 0.0 if known is None else distance - known.distance(x, y)
-        if distance > FARTHEST or farther > ENDED:
+        if distance > FARTHEST or abs(farther) > ENDED:
             self._misses[name] += 1
             if self._misses[name] >= MISSES:
                 readings.clear()
@@ -124,14 +134,12 @@ class WallsBeside:
             return
         self._misses[name] = 0
         if not readings or self._driven - readings[-1].driven >= APART:
-            readings.append(Reading(x, y, axis, distance, self._driven))
+            readings.append(Reading(x, y, axis, distance, self._driven, self._along))
             while readings[-1].driven - readings[0].driven > LONGEST:
                 readings.popleft()
-        found = fitted(list(readings), self._half) or (known if abs(farther) <= ENDED else None)
+        found = fitted(list(readings), self._half) or known
         if found:
             self._walls[name] = found
-        else:
-            self._walls.pop(name, None)
 
     def turned_to(self, v: float, w: float) -> float:
         """The side of such places to which the chair turns at (v, w): 1.0 left, -1.0 right, 0.0 to none."""
@@ -141,6 +149,8 @@ class WallsBeside:
     def _closing(self):
         x, y, yaw = self._pose
         for name, wall in self._walls.items():
+            if name not in self._leading[self._sense]:
+                continue
             c, s = math.cos(wall.normal - yaw), math.sin(wall.normal - yaw)
             if not math.sin(CLOSING) <= self._sense * c <= math.sin(STEEP):
                 continue

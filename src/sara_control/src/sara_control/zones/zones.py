@@ -98,6 +98,8 @@ class Zones:
         if filtered.range != before:
             self._place(self.sensors[name], filtered.range)
             moved |= stamp is not None and self._lost.on_range_change(self.sensors[name], before, filtered.range)
+        elif stamp is not None:
+            moved |= self._lost.on_same_range(self.sensors[name], filtered.range)
         if moved:
             self._keep()
         if stamp is not None:

@@ -69,6 +69,8 @@ class Goal:
     def excuse_standing(self) -> None:
         """It is not in vain that the robot has stood until now."""
         self.still_pose = None
+        if self.recovery is not None:
+            self.recovery.excuse_standing()
 
     def stuck_for(self, t: float, pose: Pose2D, command: tuple[float, float]) -> float:
         """The robot is at a Pose2D and told to drive (v m/s, w rad/s); return for how long (s) it has been told so in

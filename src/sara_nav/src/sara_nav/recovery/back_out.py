@@ -113,6 +113,10 @@ class BackOutRecovery(Recovery):
         """Begin."""
         self._begin(situation.local_pose)
 
+    def excuse_standing(self) -> None:
+        """See Recovery."""
+        self._still_since = None
+
     def update(self, situation: Situation) -> RecoveryStep:
         """Return what to drive in this cycle."""
         c, here = self.config, situation.local_pose

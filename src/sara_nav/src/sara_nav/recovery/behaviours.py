@@ -127,6 +127,9 @@ class Recovery:
         """Return sentences on what the costmaps do not have though it is asked for."""
         return []
 
+    def excuse_standing(self) -> None:
+        """It is not in vain that the robot has stood until now."""
+
     def update(self, situation: Situation) -> RecoveryStep:
         """Return what to do in this control cycle."""
         raise NotImplementedError
