@@ -12,7 +12,7 @@ mkdir -p build devel/lib/python3/dist-packages
 if [ "$target" = install ]; then mkdir -p install && touch install/CATKIN_IGNORE; fi  # this folder is the source space too
 log=build/build.log
 stamp=$(find CMakeLists.txt tools/python-packages.txt src -name CMakeLists.txt -o -name package.xml -o -name setup.py -o -name '*.msg' -o -name '*.srv' -o -name '*.action' -o -name '*.cfg' \
-        -o -path '*/nodes/*' -o -path '*/scripts/*' -o -name '*.test' | sort | xargs stat -c '%n %Y' | sha1sum)
+        -o -path '*/nodes/*' -o -path '*/scripts/*' -o -name '*.test' -o -path tools/python-packages.txt | sort | xargs stat -c '%n %Y' | sha1sum)
 run() { "$@" >>"$log" 2>&1 || { tail -n 40 "$log" >&2; echo "build failed: $log has the whole of it" >&2; exit 1; }; }
 # Kernels are compiled for the types that their modules' warm() calls them with; what is fresh is left alone.
 kernels() {

@@ -35,8 +35,7 @@ def room():
     msg.header.frame_id = 'map'
     info = msg.info
     info.resolution, info.width, info.height = CELL, FREE_X + 2 * WALL, FREE_Y + 2 * WALL
-    info.origin.position.x = info.origin.position.y = -WALL * CELL
-    info.origin.orientation.w = 1.0
+    info.origin.position.x = info.origin.position.y = -WALL * CELL  # and no orientation, as messages are made
     inside = lambda k, n: WALL <= k < WALL + n  # noqa: E731
     msg.data = [
         0 if inside(c, FREE_X) and inside(r, FREE_Y) else 100 for r in range(info.height) for c in range(info.width)

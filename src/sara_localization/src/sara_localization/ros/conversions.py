@@ -116,7 +116,8 @@ def transform(msg: TransformStamped) -> StampedTransform:
 def range_map(msg: OccupancyGrid, occupied_above: float) -> RangeMap:
     """A map; raises ValueError with a sentence. occupied_above: cells of a higher occupancy (0..100) are walls."""
     info = msg.info
-    origin = true_pose(_vector(info.origin.position), _quaternion(info.origin.orientation))
+    turned = _quaternion(info.origin.orientation)  # all 0: without an orientation, as messages are made, it is not
+    origin = true_pose(_vector(info.origin.position), turned if any(turned) else (0.0, 0.0, 0.0, 1.0))
     if origin is None:
         raise ValueError('its origin is no pose')
     if len(msg.data) != info.width * info.height:
