@@ -453,7 +453,8 @@ def test_what_shared_control_does_otherwise_is_said_and_drawn(page):
     left = 'La silla gira a la izquierda para no tocar nada.'
     assert page.js('document.getElementById("deviation").textContent') == left
     assert drawn(page, 'asked').endswith('rotate(0)') and 'rotate(-' in drawn(page, 'driven')
-    page.chair.wait(lambda: {'op': 'say', 'key': 'assist.LEFT', 'values': {}} in page.chair.frames('say'))
+    left = {'op': 'say', 'key': 'assist.LEFT', 'values': {}, 'language': 'es'}
+    page.chair.wait(lambda: left in page.chair.frames('say'))
     page.chair.state['assist'] = HELPS | {'does': 'SLOWER', 'command': {'v': 0.3, 'w': 0.0}}
     slower = 'La silla va más despacio porque hay poco sitio.'
     page.until(f'document.getElementById("deviation").textContent === "{slower}"')
@@ -531,7 +532,8 @@ def test_only_who_has_the_controls_may_go_without_help(page):
 def test_that_the_chair_does_not_help_is_said_on_every_screen(page):
     page.load('why', speech='chair')
     page.chair.state['assist'] = HELPS | {'does': 'UNKNOWN'}
-    page.chair.wait(lambda: {'op': 'say', 'key': 'assist.UNKNOWN', 'values': {}} in page.chair.frames('say'))
+    unknown = {'op': 'say', 'key': 'assist.UNKNOWN', 'values': {}, 'language': 'en'}
+    page.chair.wait(lambda: unknown in page.chair.frames('say'))
     sentence = 'The chair does not help: it does not know what is around it.'
     page.until(f'document.querySelector(".doing").textContent === "{sentence}"')
 

@@ -427,5 +427,17 @@ def test_who_may_only_look_may_stop(page):
 def test_the_chair_s_own_voice_says_what_happens(page):
     page.load('go', speech='chair')
     page.chair.state['gate'] = {'state': 'SLOWED', 'reasons': ['PEOPLE']}
-    wanted = {'op': 'say', 'key': 'state.SLOWED', 'values': {'reason': 'reason.PEOPLE'}}
+    wanted = {'op': 'say', 'key': 'state.SLOWED', 'values': {'reason': 'reason.PEOPLE'}, 'language': 'en'}
     page.chair.wait(lambda: wanted in page.chair.frames('say'))
+
+
+def test_the_chair_s_own_voice_follows_the_language_and_answers_why_though_it_speaks(page):
+    page.load('settings', speech='chair')
+    page.click('[data-set=language][data-value=es]')
+    page.until('document.documentElement.lang === "es"')
+    page.driver.execute_script('location.hash = "why"')
+    page.chair.state['gate'] = {'state': 'HELD', 'reasons': ['LOCALIZATION']}
+    page.until('document.querySelector(".help")?.textContent.length > 0')
+    page.click('[data-do=say]')
+    page.chair.wait(lambda: sum(frame.get('asked', False) for frame in page.chair.frames('say')) == 2)
+    assert {frame['language'] for frame in page.chair.frames('say') if frame.get('asked')} == {'es'}

@@ -383,7 +383,9 @@ def test_profile_pose_and_speech(desk):
     assert desk.send(number, 'pose', pose=[1, 2, 3]) == [Order(number, 'pose', ((1.0, 2.0, 3.0), False))]
     assert desk.send(number, 'pose', place='kitchen') == [Order(number, 'pose', (KITCHEN, True))]
     assert errors(desk.send(number, 'pose', place='cellar')) == ['error.no_place']
-    assert desk.send(number, 'say', key='goal.going') == [Order(number, 'say', ('goal.going', {}))]
+    assert desk.send(number, 'say', key='goal.going') == [Order(number, 'say', ('goal.going', {}, '', False))]
+    said = desk.send(number, 'say', key='goal.going', language='es', asked=True)
+    assert said == [Order(number, 'say', ('goal.going', {}, 'es', True))]
 
 
 def test_an_override_is_the_driver_s(desk):

@@ -36,7 +36,7 @@ GOOD = {
     'unedit': {'kind': 'keep_out', 'points': [[0, 1], [2, 3]]},
     'save_map': {},
     'delete': {'name': 'a'},
-    'say': {'key': 'goal.succeeded', 'values': {'place': 'kitchen', 'left': 1.5}},
+    'say': {'key': 'goal.succeeded', 'values': {'place': 'kitchen', 'left': 1.5}, 'language': 'es', 'asked': True},
     'invite': {'role': 'carer'},
 }
 
@@ -63,7 +63,7 @@ def test_what_is_needed_is_missed_by_name(op, name):
     'value', [None, True, [], {'a': 1e9}, '', -1, 'x' * 200, [1, 2], [1, 2, '3'], 1e300, '\ud800', '\n']
 )
 def test_a_wrong_value_is_refused_by_name(op, name, value):
-    if (name, value) in (('t', -1), ('v', -1), ('w', -1), ('on', True)):
+    if (name, value) in (('t', -1), ('v', -1), ('w', -1), ('on', True), ('asked', True)):
         return
     with pytest.raises(ProtocolError) as fault:
         parse(json.dumps({'op': op, **GOOD[op], name: value}))

@@ -61,6 +61,14 @@ def test_while_it_speaks_nothing_else_is_begun(speaker, tmp_path):
     assert 'two' not in said(tmp_path)
 
 
+def test_what_somebody_has_asked_for_is_said_afterwards_once(speaker, tmp_path):
+    for sentence, asked in (('one', False), ('two', True), ('three', True), ('two', True), ('four', False)):
+        assert speaker.say('en', sentence, asked)
+    (tmp_path / 'over').touch()
+    wait(lambda: 'three' in said(tmp_path) and not speaker.busy)
+    assert [entry.split('] ')[1] for entry in said(tmp_path).split('|')[:-1]] == ['one', 'two', 'three']
+
+
 def test_without_the_program_it_says_so():
     assert not Speaker(['/nowhere/espeak-ng']).say('en', 'one')
 

@@ -13,7 +13,7 @@ export class Speech {
     const voice = this.settings.get('speech');
     if (voice === 'off' && !asked) return;
     if (voice === 'chair') {
-      this.connection.send({ op: 'say', key, values });
+      this.connection.send({ op: 'say', key, values, language: currentLanguage(), ...(asked ? { asked } : {}) });
       return;
     }
     this.sayText(say(key, values));

@@ -146,7 +146,8 @@ class Tasks:
         return [Order(client, 'save_map') if self.maps else error(client, 'error.no_map', 'save_map')]
 
     def _on_say(self, client, frame):
-        return [Order(client, 'say', (frame.get('key'), frame.get('values', {})))]
+        said = frame.get('key'), frame.get('values', {}), frame.get('language', ''), frame.get('asked', False)
+        return [Order(client, 'say', said)]
 
 
 def _orders(client, done):

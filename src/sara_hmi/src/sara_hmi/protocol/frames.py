@@ -135,7 +135,7 @@ OPS = {
     'edit': Op(MOVERS, {'kind': lambda value: value in KINDS, 'points': _points}),
     'unedit': Op(MOVERS, {'kind': lambda value: value in KINDS, 'points': _points}),
     'save_map': Op(MOVERS),
-    'say': Op(EVERYBODY, {'key': _match(KEY)}, {'values': _values}),
+    'say': Op(EVERYBODY, {'key': _match(KEY)}, {'values': _values, 'language': _match(LANGUAGE), 'asked': _flag}),
     'invite': Op((RIDER,), {'role': lambda value: value in ROLES}),
 }
 

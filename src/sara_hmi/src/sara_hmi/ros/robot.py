@@ -252,13 +252,14 @@ class RosRobot(RobotInputs):
 
     # Speech
 
-    def _do_say(self, client, key, values):
+    def _do_say(self, client, key, values, language, asked):
         known = self._server.hub.clients.get(client)
-        catalogue = known and Catalogue.load(self._words, known.language)
+        language = language or (known.language if known else '')
+        catalogue = known and Catalogue.load(self._words, language)
         sentence = catalogue and catalogue.say(key, values)
         if not sentence:
             self._refuse(client, 'error.no_words', 'say')
-        elif not (self._config.speech and self._speaker.say(known.language, sentence)):
+        elif not (self._config.speech and self._speaker.say(language, sentence, asked)):
             self._refuse(client, 'error.no_speech', 'say')
 
     # ROS's threads
