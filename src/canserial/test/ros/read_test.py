@@ -373,6 +373,16 @@ class ReadTest(unittest.TestCase):
         self.assertTrue(bus.turn_until(lambda: 'gyro_offset' in saved(), turns=1000))
         self.assertEqual(saved()['gain'], 1.07, 'the gain was lost')
 
+    def test_who_calibrates_at_once_when_it_has_begun_does_not_end_it(self):
+        bus, heard = self.bus, threading.Event()
+        reader = self.rosrun('read.py', '__ns:=hasty', 'canrx:=/canrx', '_calibration_time:=1.0')
+        begun = rospy.Subscriber('/hasty/imu/data', Imu, lambda _: heard.set())
+        self.addCleanup(begun.unregister)
+        self.assertTrue(bus.turn_until(heard.is_set, turns=1000))
+        answer = bus.call('/hasty/read/calibrate')
+        self.assertTrue(answer.success, answer.message)
+        self.assertTrue(any('the gyroscope is calibrated' in line for line in reader.stdout), 'it has ended')
+
     def test_a_wrong_mode_and_a_silent_frame_are_named_in_the_diagnostics(self):
         bus = self.bus
         bus.send('MODO_PC', modoPC=9)

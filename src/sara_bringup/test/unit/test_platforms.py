@@ -126,6 +126,16 @@ def test_curves_that_are_driven_slower_are_a_note_and_no_mistake(tmp_path, capsy
     assert any(words in note for note in notes) if words else not notes
 
 
+def test_a_calibrated_separation_takes_the_place_of_the_slip(tmp_path):
+    shutil.copytree(folders()['kate'], tmp_path / 'kate')
+    path = tmp_path / 'kate' / LINES
+    text = path.read_text().replace('&slip 1.08', '&slip 1.0')
+    path.write_text(
+        text.replace('  wheel_radius: *radius\n', '  wheel_separation_multiplier: 1.08\n  wheel_radius: *radius\n', 1)
+    )
+    assert not [sentence for sentence in check_config.findings(load(str(tmp_path / 'kate'))) if 'slip' in sentence]
+
+
 def test_the_brisk_profile_of_sara_is_noted(capsys):
     with pytest.raises(SystemExit) as ended:
         check_config.main(['sara'])

@@ -16,6 +16,7 @@ from pathlib import Path
 import rospy
 import rostest
 import yaml
+from actionlib_msgs.msg import GoalID
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import Imu, JointState
 
@@ -119,6 +120,26 @@ class CalibrateTest(unittest.TestCase):
         for line in squares:
             before, after = (float(part.split(' m, ')[0].split()[-1]) for part in line.split(' -> '))
             self.assertGreater(before, 10.0 * after, line)
+
+    def test_a_drive_that_somebody_interrupts_does_not_go_on(self):
+        floor, cancel = Floor(), rospy.Publisher('/move_base/cancel', GoalID, queue_size=1, latch=True)
+        floor.start()
+        drive = subprocess.Popen(
+            ['roslaunch', 'sara_control', 'calibration_drive.launch', 'cmd_vel:=/diff_drive_controller/cmd_vel']
+            + [f'bag:={Path(tempfile.mkdtemp()) / "drive.bag"}'],
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+        )
+        said = []
+        for line in drive.stdout:
+            said.append(line)
+            if 'move 2 of' in line:
+                cancel.publish(GoalID())
+        drive.wait(timeout=60)
+        floor.running = False
+        self.assertIn('was interrupted (somebody else drives)', ''.join(said))
+        self.assertNotIn('the drive is over', ''.join(said))
 
     def params(self, folder):
         """The controller's own, as somebody would save them."""

@@ -48,8 +48,9 @@ def test_the_example_drives_a_metre(robots):
     assert base.may_drive and base.state
     assert state.heading == pytest.approx(0.5, abs=0.005)
     assert state.linear == pytest.approx(0.2, abs=0.01)
-    base.stop()
+    base.stop(t)
     assert base.left.speed == base.right.speed == 0.0
+    assert base.read(t + 0.02)[0].left == pytest.approx(positions.left, abs=0.1), 'no leap by the last stop'
 
 
 @pytest.mark.parametrize(

@@ -191,7 +191,9 @@ def test_the_report_says_all_of_it():
     )
     assert 'mostly one way' in report(replace(result, turned=(6.0, 1.0)), [])
     assert 'divide turn_slip' not in report(replace(result, separation=1.02), [])
-    assert 'divide turn_slip (safety_gate, shared_control) by 1.270' in report(replace(result, separation=1.27), [])
+    assert 'divide turn_slip (safety_gate, shared_control) by 1.270 (1 where less comes out)' in report(
+        replace(result, separation=1.27), []
+    ), 'gate and shared control refuse less'
     values = [float(line.split(':')[1].split('#')[0]) for line in yaml_text(result).splitlines()]
     assert values == pytest.approx([result.separation, result.left, result.right], abs=1e-6)
 

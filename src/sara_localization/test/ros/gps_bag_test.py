@@ -39,6 +39,7 @@ odom1_config: [true, true, false, false, false, false, false, false, false, fals
 imu0: /imu
 imu0_config: [false, false, false, false, false, true, false, false, false, false, false, true, false, false, false]
 """
+NO_YAW = 'false, false, false, false, false, false'
 HEADING = """
 imu1: gps/heading
 imu1_config: [false, false, false, false, false, true, false, false, false, false, false, false, false, false, false]
@@ -50,8 +51,10 @@ def tool(name, *arguments):
     return subprocess.run(['rosrun', 'sara_localization', name, *map(str, arguments)], capture_output=True, text=True)
 
 
-def circle(path):
-    """A drive along a circle with exact sensors; the IMU says 0 facing north, the antenna is 0.5 m ahead."""
+def circle(path, bias=0.0, lost=0):
+    """A drive along a circle with exact sensors; the IMU says 0 facing north, the antenna is 0.5 m ahead. bias: of the
+    gyro, rad/s; lost: how many messages there are before the first fix.
+    """
     grid = Utm(Zone.of(*HERE))
     east, north = grid.forward(*HERE)
     convergence, radius = grid.convergence(*HERE), SPEED / RATE
@@ -67,7 +70,7 @@ def circle(path):
             imu.header.stamp, imu.header.frame_id = stamp, 'base_link'
             told = yaw - convergence - math.pi / 2
             imu.orientation.z, imu.orientation.w = math.sin(told / 2), math.cos(told / 2)
-            imu.angular_velocity.z = RATE
+            imu.angular_velocity.z = RATE + bias
             imu.orientation_covariance = imu.angular_velocity_covariance = [1e-4, 0, 0, 0, 1e-4, 0, 0, 0, 1e-4]
             bag.write('/imu', imu, stamp)
             if k % 10 == 5:
@@ -75,6 +78,8 @@ def circle(path):
                 fix = NavSatFix()
                 fix.header.stamp, fix.header.frame_id = stamp, 'gps'
                 fix.latitude, fix.longitude = grid.inverse(east + x, north + y)
+                if k < 10 * lost:
+                    fix.status.status, fix.latitude, fix.longitude = -1, 0.0, 0.0
                 fix.position_covariance, fix.position_covariance_type = [0.25, 0, 0, 0, 0.25, 0, 0, 0, 1.0], 2
                 bag.write('/fix', fix, stamp)
                 velocity, true = TwistStamped(), yaw - convergence
@@ -136,6 +141,30 @@ class GpsBagTest(unittest.TestCase):
         self.assertLess(result['worst'], 0.5)
         for driven in result['driven']:
             self.assertAlmostEqual(driven, 10.0 * SPEED, delta=0.5)
+
+    def test_the_receiver_s_heading_is_withheld_with_its_fixes(self):
+        circle(self.bag, bias=0.03)
+        covariance = [10.0 if i == 5 else 1e-9 for i in range(15)]
+        rate_alone = PARAMS.replace('imu0_config: [false, false, false, false, false, true', 'imu0_config: [' + NO_YAW)
+        self.params.write_text(f'{rate_alone}{HEADING}initial_estimate_covariance: {covariance}\n')
+        self.navsat.write_text(NAVSAT + 'velocity_heading: true\n')
+        run = tool('gps_outages', self.bag, *self.options(), '--windows', 3, '--seconds', 12)
+        self.assertEqual(run.returncode, 0, run.stderr)
+        self.assertGreater(json.loads(run.stdout.splitlines()[-1])['median'], 1.0)  # 12 s at 1 m/s, turned by 0.36 rad
+
+    def test_places_without_a_fix_are_no_reference(self):
+        circle(self.bag, lost=3)
+        run = tool('filter_bag', self.bag, '-', *self.options(), '--reference', '/fix')
+        self.assertEqual(run.returncode, 0, run.stderr)
+        self.assertLess(json.loads(run.stdout.splitlines()[-1])['rmse'], 1.0)
+
+    def test_the_input_is_not_overwritten_by_another_name(self):
+        circle(self.bag)
+        before, link = self.bag.read_bytes(), self.folder / 'link.bag'
+        link.symlink_to(self.bag)
+        run = tool('filter_bag', link, self.bag, *self.options())
+        self.assertIn('OUT.bag must be another file', run.stderr)
+        self.assertEqual(self.bag.read_bytes(), before)
 
     def test_what_cannot_be_used_is_refused_in_a_sentence(self):
         circle(self.bag)

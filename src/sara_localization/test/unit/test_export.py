@@ -15,6 +15,7 @@ from sara_localization.bags.plots import brought_to, draw_drive
 from sara_localization.config.filter_config import FilterConfig
 from sara_localization.engine.engine import FilterEngine
 from sara_localization.geometry.transforms import TransformBuffer
+from sara_localization.gps.tangent_plane import TangentPlane
 from sara_localization.inputs.data import TwistData
 
 
@@ -77,4 +78,17 @@ def test_alignment_forgives_where_a_way_begins_and_nothing_else(angle, x, y):
 
 def test_the_local_plane_is_in_metres():
     plane = local_plane(np.array([60.0, 60.001]), np.array([10.0, 10.001]))
-    assert plane[1] == pytest.approx([55.66, 111.32], abs=0.01)
+    assert plane[1] == pytest.approx([55.80, 111.41], abs=0.01)
+
+
+@pytest.mark.parametrize('place', [(-16.8, 180.0), (60.0, 10.0), (0.5, -180.0), (-45.0, 0.0)])
+def test_the_local_plane_is_the_earth_s_and_goes_on_over_180_degrees(place):
+    latitude, longitude = place[0] + 0.001, (place[1] + 0.002 + 180.0) % 360.0 - 180.0
+    plane = local_plane(np.array([place[0], latitude]), np.array([place[1], longitude]))
+    assert tuple(plane[1]) == pytest.approx(TangentPlane(*place).forward(latitude, longitude), abs=0.02)
+
+
+def test_a_way_without_a_yaw_is_in_the_estimate_s_frame_already():
+    table = np.column_stack([np.arange(3.0), [0.0, 1.0, 2.0], [5.0] * 3, [math.nan] * 3])
+    x, y = brought_to((0.1, 5.1, -1.5), table)
+    assert x.tolist() == [0.0, 1.0, 2.0] and y.tolist() == [5.0] * 3

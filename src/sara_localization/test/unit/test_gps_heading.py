@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from sara_common.diagnostics import ERROR, WARN
-from sara_localization.checks.gps_heading import heading_findings, stretches
+from sara_localization.checks.gps_heading import Stretches, heading_findings, stretches
 
 
 def drive(told=lambda t, yaw: yaw, turns=1.0, noise=0.3, seconds=160):
@@ -49,6 +49,18 @@ def test_a_heading_that_counts_clockwise_is_found():
 def test_a_heading_that_depends_on_the_direction_is_found():
     (finding,) = heading_findings(drive(lambda t, yaw: yaw + 0.3 * (round(yaw / 1.57) - 1.5)), 0.0)
     assert finding.level == WARN and 'as near iron' in finding.sentence
+
+
+@pytest.mark.parametrize('stuck', [0.0, 0.4, -2.0])
+@pytest.mark.parametrize('seconds', [160, 120])
+def test_a_heading_that_does_not_turn_is_no_wrong_offset(stuck, seconds):
+    (finding,) = heading_findings(drive(lambda t, yaw: stuck, seconds=seconds), 0.0)
+    assert finding.level == ERROR and 'does not follow the way' in finding.sentence
+
+
+def test_quartiles_more_than_half_a_turn_apart_are_wide():
+    (finding,) = heading_findings(Stretches(np.repeat([0.0, 1.8, -1.8], [12, 8, 8]), np.zeros(28)), 0.0)
+    assert 'does not follow the way' in finding.sentence
 
 
 def test_a_drive_without_straight_stretches_says_nothing():

@@ -10,6 +10,7 @@ from gps_robot import ORIGIN, START, TRUE, GpsRobot
 from sara_localization.geometry.rigid import IDENTITY, Transform, quaternion_from_rpy
 from sara_localization.geometry.transforms import TransformBuffer
 from sara_localization.gps.declination import declination
+from sara_localization.gps.fixes import FixData, usable
 from sara_localization.gps.grid import NoPlace
 from sara_localization.gps.navsat import NavSat
 from sara_localization.gps.navsat_config import NavSatConfig
@@ -505,3 +506,12 @@ def test_fixes_that_nobody_takes_do_not_pile_up():
 def test_the_node_is_no_worse_for_strange_topics():
     node = NavSat(NavSatConfig(), TransformBuffer(), topics={'fix': '/f', 'odometry': '/o', 'imu': '/i'})
     assert node.waiting_for() == 'waiting for /o and /i and /f'
+
+
+@pytest.mark.parametrize('height', [0.0, -1.0, math.nan])
+def test_a_fix_in_the_plane_is_as_exact_as_it_says(height):
+    fix = FixData(1.0, 'gps', 2, 48.1, 11.6, math.nan, np.diag([1e-4, 4e-4, height]), 2)
+    good, problems = usable(fix, True, 5.0)
+    assert good.covariance.diagonal()[:2].tolist() == [1e-4, 4e-4] and not problems
+    good, _ = usable(fix._replace(altitude=500.0), False, 5.0)
+    assert good.covariance[0, 0] == 25.0, 'where heights count it is no covariance'

@@ -239,7 +239,7 @@ class ReadNode:
 
     def run(self) -> None:
         """Diagnostics once a second of wall time until ROS shuts down."""
-        restarts, ready, waits = 0, self.reader.ready, False
+        restarts, ready, waits, awaited = 0, self.reader.ready, False, self.reader.calibration
         while not self.stopping.wait(1.0):
             with self.lock:
                 status = status_of(self.reader, rospy.get_time())
@@ -257,8 +257,10 @@ class ReadNode:
                 rospy.logwarn_throttle(10.0, f'{NO_HEADING}: let the chair stand')
             elif waited:
                 rospy.loginfo('imu/heading has begun')
-            if ready and not was_ready:
-                self.on_ready(calibration)
+            if not ready:
+                awaited = calibration
+            elif not was_ready and awaited.done:  # ~calibrate may have begun another one since
+                self.on_ready(awaited)
             if calibration is not None and calibration.persistent:
                 if calibration.restarts > restarts and not ready:
                     rospy.logwarn(

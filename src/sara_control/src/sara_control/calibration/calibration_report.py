@@ -33,7 +33,8 @@ def report(calibration: Calibration, runs: list) -> str:
         lines += [
             '',
             'with this wheel_separation_multiplier turns are as commanded: divide turn_slip '
-            f'(safety_gate, shared_control) by {c.separation:.3f}, or the slip of castors counts twice',
+            f'(safety_gate, shared_control) by {c.separation:.3f} (1 where less comes out), or the slip of castors '
+            'counts twice',
         ]
     lines += ['', f'{"run":>4}{"start s":>12}{"way m":>9}{"turned deg":>12}   error of the end before -> after']
     for number, run in enumerate(runs, 1):

@@ -20,6 +20,7 @@ from sara_common.config import ConfigError
 NO_DRIVER = 'nobody'
 ROBOT = 'the joystick of the chair'
 AHEAD = 0.1  # s: older commands have a stamp before now; a command from the future was given on another clock
+OWN_PAUSE = 0.5  # of a source's timeout: who was not asked for so long was held up, or the clock was set forward
 AGAIN = 1.0  # s until a source that goes on although it was told that it is preempted is told again
 KEYS = ('name', 'topic', 'timeout', 'priority')
 
@@ -182,11 +183,16 @@ class Mux:
         return self._decide(t)
 
     def _follow(self, t):
-        """Where the clock was set back, all that was said before is old; who is blocked has not paused by that."""
+        """Where the clock was set back, all that was said before is old. Who is blocked has not paused by that, nor by
+        a clock that was set forward, nor while nobody asked.
+        """
         if t < self._now - AHEAD:
             for latest in self._inputs.values():
                 latest.stamp = t if latest.blocked else -math.inf
             self._locks = {name: (locked, -math.inf) for name, (locked, _) in self._locks.items()}
+        for source, latest in self._all:
+            if latest.blocked and t - self._now > OWN_PAUSE * source.timeout:
+                latest.stamp += t - self._now
         self._now = t
 
     def locked(self, t: float) -> int:

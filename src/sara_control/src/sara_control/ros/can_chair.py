@@ -56,7 +56,7 @@ class CanChair(WheelBase):
             frame = self.can.command(left, right)
         self._cantx.publish(frame_to_msg(frame))
 
-    def stop(self) -> None:
+    def stop(self, t: float) -> None:
         """The frame that stops both wheels."""
         self._cantx.publish(frame_to_msg(self.can.stop()))
 

@@ -210,7 +210,7 @@ class DiffDriveNode:
         with self.lock:
             self.stopping.set()
             try:
-                self.base.stop()
+                self.base.stop(rospy.get_time())
             except Exception as error:  # a robot's own code
                 self.base_failed('stop', error)
         rospy.rostime.wallsleep(0.1)

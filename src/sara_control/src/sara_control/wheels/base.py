@@ -56,9 +56,9 @@ class WheelBase(abc.ABC):
     def write(self, left: float, right: float, t: float) -> None:
         """Command these wheel speeds, rad/s, for the whole side."""
 
-    def stop(self) -> None:
-        """The last command before the node ends."""
-        self.write(0.0, 0.0, 0.0)
+    def stop(self, t: float) -> None:
+        """The last command before the node ends. t: now, s."""
+        self.write(0.0, 0.0, t)
 
     @property
     def may_drive(self) -> bool:

@@ -9,7 +9,8 @@ from __future__ import annotations
 
 import numpy as np
 
-EARTH_RADIUS = 6378137.0
+EARTH_RADIUS, FLATNESS = 6378137.0, 6.69437999014e-3
+"""m at the equator; squared eccentricity (WGS 84)."""
 
 
 def aligned(points: np.ndarray, reference: np.ndarray) -> np.ndarray:
@@ -36,9 +37,11 @@ def rmse(t: np.ndarray, points: np.ndarray, reference_t: np.ndarray, reference: 
 
 def local_plane(latitude: np.ndarray, longitude: np.ndarray) -> np.ndarray:
     """(n, 2) metres east and north of the first of latitudes and longitudes (n,) in degrees; for ways of a few km."""
-    latitude, longitude = np.radians(latitude), np.radians(longitude)
-    east = (longitude - longitude[0]) * np.cos(latitude[0])
-    return EARTH_RADIUS * np.column_stack([east, latitude - latitude[0]])
+    turned = (np.asarray(longitude) - longitude[0] + 180.0) % 360.0 - 180.0  # the short way round, over 180 deg
+    latitude, turned = np.radians(latitude), np.radians(turned)
+    bent = 1.0 - FLATNESS * np.sin(latitude[0]) ** 2
+    across, along = EARTH_RADIUS / np.sqrt(bent), EARTH_RADIUS * (1.0 - FLATNESS) / bent**1.5
+    return np.column_stack([across * np.cos(latitude[0]) * turned, along * (latitude - latitude[0])])
 
 
 def path_length(x: np.ndarray, y: np.ndarray, still: float = 0.02) -> float:

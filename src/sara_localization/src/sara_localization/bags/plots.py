@@ -42,8 +42,9 @@ def draw_drive(
             continue
         x, y = brought_to(pose[0], table)
         way.plot(x, y, lw=0.8, label=i.name)
-        yaw = np.unwrap(table[:, 3])
-        heading.plot(table[:, 0] - begin, np.degrees(yaw - yaw[0] + pose[0, 2]), lw=0.8, label=i.name)
+        if np.isfinite(table[:, 3]).all():
+            yaw = np.unwrap(table[:, 3])
+            heading.plot(table[:, 0] - begin, np.degrees(yaw - yaw[0] + pose[0, 2]), lw=0.8, label=i.name)
     if reference is not None:
         way.plot(reference[:, 0], reference[:, 1], '.', ms=2, color='tab:red', label='reference')
     way.plot(pose[:, 0], pose[:, 1], 'k', lw=1.4, label='filtered')
@@ -67,7 +68,11 @@ def draw_drive(
 
 
 def brought_to(start: tuple[float, float, float], table: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """x, y (n,) of a way (n, 4: t, x, y, yaw) moved so that it begins at start (x, y, yaw)."""
+    """x, y (n,) of a way (n, 4: t, x, y, yaw) moved so that it begins at start (x, y, yaw). One without a yaw (NaN)
+    stays as it is.
+    """
+    if np.isnan(table[0, 3]):
+        return table[:, 1], table[:, 2]
     turn = start[2] - table[0, 3]
     c, s = np.cos(turn), np.sin(turn)
     dx, dy = table[:, 1] - table[0, 1], table[:, 2] - table[0, 2]

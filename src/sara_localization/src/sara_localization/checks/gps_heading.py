@@ -41,9 +41,20 @@ class Stretches(NamedTuple):
         """Between which half of the differences are, rad."""
         return self._quantile(0.25), self._quantile(0.75)
 
-    def _quantile(self, share):
+    @property
+    def spread(self) -> float:
+        """Between the quartiles, rad, from 0 to a whole turn."""
+        low, high = np.quantile(self._away[1], (0.25, 0.75))
+        return float(high - low)
+
+    @property
+    def _away(self):
+        """The mean direction of the differences, and (n,) how far each is from it, rad."""
         middle = np.angle(np.exp(1j * self.differences).mean())
-        away = np.angle(np.exp(1j * (self.differences - middle)))
+        return middle, np.angle(np.exp(1j * (self.differences - middle)))
+
+    def _quantile(self, share):
+        middle, away = self._away
         return float(math.remainder(middle + np.quantile(away, share), 2.0 * math.pi))
 
     @property
@@ -93,12 +104,20 @@ def heading_findings(drive: Stretches, yaw_offset: float) -> list[Finding]:
         f'the robot went {math.degrees(drive.median):.1f} deg counter-clockwise of its heading (median of {count} '
         f'straight stretches, half of them from {math.degrees(low):.1f} to {math.degrees(high):.1f})'
     )
+    if drive.spread > _QUARTER:
+        return [
+            error(
+                'heading',
+                f'{told}: the heading does not follow the way. Does the IMU measure it at all? Take its yaw out of the '
+                'filter, and give navsat_transform_node a datum.',
+            )
+        ]
     if abs(drive.median) > _OFF:
         wanted = math.remainder(yaw_offset + drive.median, 2.0 * math.pi)
         quarters = round(wanted / _QUARTER) * _QUARTER
         wanted = quarters if abs(wanted - quarters) <= _OFF else wanted
         return [error('yaw_offset', f'{told}: set yaw_offset to {wanted:.7g}, unless it drove backwards.')]
-    if math.remainder(high - low, 2.0 * math.pi) > _WIDE:
+    if drive.spread > _WIDE:
         return [
             warning(
                 'heading',

@@ -50,7 +50,7 @@ def usable(fix: FixData, zero_altitude: bool, assumed_sigma: float) -> tuple[Fix
         return None, [why]
     if not math.isfinite(fix.altitude):
         fix = fix._replace(altitude=0.0)
-    covariance, problem = _covariance(fix, assumed_sigma)
+    covariance, problem = _covariance(fix, assumed_sigma, zero_altitude)
     if covariance is None:
         return None, [problem]
     latitude, longitude = place(fix.latitude, fix.longitude)
@@ -77,7 +77,7 @@ def _dropped(fix, zero_altitude):
     return None
 
 
-def _covariance(fix, assumed_sigma):
+def _covariance(fix, assumed_sigma, zero_altitude):
     """(the covariance to use, what is wrong with the fix's own or None); (None, why) for a fix to be dropped."""
     own = np.array(fix.covariance, dtype=float).reshape(3, 3)
     variances = own.diagonal()
@@ -86,6 +86,9 @@ def _covariance(fix, assumed_sigma):
         return assumed, Problem(
             'no_covariance', f'fixes do not say how exact they are: {assumed_sigma:g} m is assumed (assumed_sigma)'
         )
+    if zero_altitude and not variances[2] >= SMALLEST_VARIANCE:  # a fix in the plane has none of its height
+        own = np.diag([*variances[:2], LARGEST_VARIANCE])
+        variances = own.diagonal()
     huge = variances > LARGEST_VARIANCE  # infinity, too
     if huge[:2].any():
         return None, Problem(

@@ -36,6 +36,8 @@ from sara_localization.bags.export import CsvWriter, InputTrack, Track, TumWrite
 from sara_localization.bags.plots import draw_drive
 from sara_localization.config.filter_config import BACKENDS, FilterConfig
 from sara_localization.geometry.rigid import rpy_from_quaternion
+from sara_localization.gps.answers import UNMEASURED
+from sara_localization.gps.fixes import NO_FIX
 from sara_localization.ros import conversions
 from sara_localization.ros.bags import bag_tools, gps_options
 from sara_localization.ros.bags.bag_filter import BagFilter
@@ -76,7 +78,10 @@ class _Tracks:
         if not self.wanted or i.kind not in ('odom', 'pose'):
             return
         track = self.by_name.setdefault(i.name, InputTrack(f'{i.name} ({i.topic})'))
-        track.add(data.stamp, data.position[0], data.position[1], rpy_from_quaternion(data.orientation)[2])
+        P = data.pose_covariance if i.kind == 'odom' else data.covariance
+        told = P[5, 5] < UNMEASURED  # else its places alone count, which are in the world's frame
+        yaw = rpy_from_quaternion(data.orientation)[2] if told else math.nan
+        track.add(data.stamp, data.position[0], data.position[1], yaw)
 
 
 def _reference(bag, topic):
@@ -85,7 +90,8 @@ def _reference(bag, topic):
     for _, msg, _ in bags.messages(bag, [resolved(topic), topic.lstrip('/')]):
         fixes = msg._type == 'sensor_msgs/NavSatFix'  # pylint: disable=protected-access
         if fixes:
-            place = msg.latitude, msg.longitude
+            known = msg.status.status > NO_FIX
+            place = (msg.latitude, msg.longitude) if known else (math.nan, math.nan)
         else:
             pose = getattr(msg, 'pose', None)
             position = getattr(getattr(pose, 'pose', pose), 'position', None)
@@ -134,7 +140,7 @@ def run(
     wanted: Wanted = Wanted(),
 ) -> dict:
     """Filter a bag into another (None: into none) and into the files `wanted`; returns what is printed as JSON."""
-    if out_bag is not None and os.path.abspath(in_bag) == os.path.abspath(out_bag):
+    if out_bag is not None and os.path.realpath(in_bag) == os.path.realpath(out_bag):
         raise UsageError('OUT.bag must be another file than IN.bag')
     tracks, track = _Tracks(wanted.plot is not None), Track()
     with contextlib.ExitStack() as files:

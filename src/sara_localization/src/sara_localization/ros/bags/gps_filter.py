@@ -87,7 +87,7 @@ class GpsBagFilter(BagFilter):
             self.navsat.on_imu(conversions.imu(_read(msg, topic, 'sensor_msgs/Imu')))
         elif topic == self.gps.velocity and self.heading:
             found = self.heading.on_velocity(messages.velocity(_read(msg, topic, 'geometry_msgs/TwistStamped')))
-            if found is not None:
+            if found is not None and self._given(found.stamp):
                 self._enter(HEADING, found)
 
     def _took(self, now: Stamp, output: FilterOutput) -> None:
