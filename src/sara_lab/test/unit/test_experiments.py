@@ -3,6 +3,7 @@
 import dataclasses
 import json
 import math
+import shutil
 
 import numpy as np
 import pytest
@@ -12,6 +13,7 @@ from hypothesis import strategies as st
 from sara_bringup.lockstep.localization import Filter
 from sara_bringup.paths import config_file
 from sara_common.planar import compose
+from sara_common.platforms import chosen, folders
 from sara_lab.experiments import (
     core,
     courses,
@@ -47,7 +49,7 @@ from sara_lab.experiments.courses import (
     Course,
     SetUp,
 )
-from sara_lab.workers.sources import fingerprint
+from sara_lab.workers.sources import fingerprint, folder_of
 
 SHORT_WAY = Course((1.0, 1.0, 0.0), ((1.6, 1.0, 0.0),), (10.0, 0.0, 0.0))
 
@@ -481,6 +483,25 @@ def test_a_default_that_fails_is_not_met():
     assert any('default' in fault for fault in square_fusions.fusions(lost).faults)
 
 
+def _robot(seed):
+    return {'robot': chosen().name}
+
+
+def test_what_is_kept_of_one_robot_is_not_taken_for_another(tmp_path, monkeypatch):
+    for name in ('sara', 'kate'):
+        monkeypatch.setenv('SARA_PLATFORM', name)
+        assert runner.run([Case(('X', 0), _robot, 0)], 1, keep=tmp_path) == {('X', 0): {'robot': name}}
+
+
+def test_a_robot_s_folder_outside_the_packages_is_part_of_the_key(tmp_path, monkeypatch):
+    mary = tmp_path / 'mary'
+    shutil.copytree(folders()['kate'], mary)
+    monkeypatch.setenv('SARA_PLATFORM', str(mary))
+    before, path = folder_of(tmp_path), mary / 'platform.yaml'
+    path.write_text(path.read_text() + '\n# another\n')
+    assert folder_of(tmp_path) != before and folder_of(tmp_path).name.startswith('mary_')
+
+
 def test_results_of_other_code_are_not_taken(tmp_path, monkeypatch):
     (tmp_path / 'pkg' / 'src' / 'experiments').mkdir(parents=True)
     (tmp_path / 'pkg' / 'test').mkdir()
@@ -498,7 +519,7 @@ def test_results_of_other_code_are_not_taken(tmp_path, monkeypatch):
     case = Case(('a', 0), _square_of, 0)
     costs = {}
     for code, ran in (('one', True), ('one', False), ('two', True)):
-        monkeypatch.setattr(runner, 'fingerprint', lambda code=code: code)
+        monkeypatch.setattr(runner, 'folder_of', lambda out, code=code: out / code)
         costs.clear()
         runner.run([case], 1, _Quiet, tmp_path / 'kept', costs)
         assert (case.key in costs) == ran

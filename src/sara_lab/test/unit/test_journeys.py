@@ -7,10 +7,13 @@ import numpy as np
 import pytest
 from scipy import ndimage
 
-from sara_bringup.lockstep.lockstep import merged
-from sara_common.platforms import parameters
+from sara_bringup.lockstep.lockstep import Lockstep, merged
+from sara_common.platforms import chosen, parameters
+from sara_lab.campaign.travels import travel_row
 from sara_lab.journeys import journeys
 from sara_lab.journeys.journeys import Outcome
+from sara_lab.journeys.travel_cases import map_file
+from sara_lab.journeys.worlds.trial import PLANNERS
 from sara_nav.config.parameters import Parameters
 from sara_nav.maps import map_io
 from sara_nav.move_base.settings import read_settings
@@ -89,3 +92,21 @@ def test_a_watcher_sees_every_step_and_zones_can_act():
     with pytest.raises(StopIteration):
         journeys.drive('hall', 'RotateThenPursue', 1, watch, sonars=True)
     assert np.allclose(np.diff(seen), 0.01)
+
+
+def test_planners_that_are_compared_without_sonars_know_no_caution():
+    how = PLANNERS['default']
+    lockstep = Lockstep(map_file('hall'), (8.0, 5.0, 0.0), 1, localization='fake', navigation=how.navigation)
+    how.prepare(lockstep)
+    zones, sonar = lockstep.wheels.guard.zones, next(iter(chosen().sonars))
+    lockstep.start_up()
+    for ago in (0.2, 0.0):
+        zones.caution.on_approach(sonar, 1.0, lockstep.time - ago)
+    assert zones.pedestrians_nearby(lockstep.time) and zones.caution_factor(0.4, 0.0) == 1.0
+
+
+def test_the_least_gap_is_of_all_journeys_reached_or_not():
+    judgement = {'gap_min': 0.05, 'detour': 1.0, 'length': 5.0, 'seconds': 10.0, 'discomfort': 5.0, 'meetings': None}
+    good = {'way': 5.0, 'contacts': [], 'reached': True, 'judgement': judgement}
+    bad = {**good, 'reached': False, 'judgement': {**judgement, 'gap_min': 0.004}}
+    assert travel_row([good, bad], False)['gap_min_m'] == 0.004

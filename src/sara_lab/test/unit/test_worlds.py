@@ -432,3 +432,7 @@ def test_a_sheet_is_drawn_of_any_number_of_worlds(tmp_path, monkeypatch, which):
     draw_worlds.sheet([lambda: task] * (which + 1), [], tmp_path / 'sheet.png')
     with Image.open(tmp_path / 'sheet.png') as image:
         assert image.size[0] > 250 * min(which + 1, draw_worlds.ACROSS)
+
+
+def test_a_turned_map_that_is_made_larger_stays_turned():
+    assert foreign.scaled(replace(room(40, 20), origin_yaw=0.3), 1.7).origin_yaw == 0.3

@@ -139,6 +139,22 @@ def test_a_file_that_is_not_there_is_told_in_words(tmp_path):
         read_sdf(tmp_path / 'none.world')
 
 
+@pytest.mark.parametrize(
+    'shape',
+    [
+        Obstacle(radius=0.02, at=(0.5, 0.5)),
+        Obstacle(radius=0.035, at=(0.5, 0.5)),
+        Obstacle(size=(0.05, 0.05), at=(0.5, 0.5), yaw=math.pi / 4),
+    ],
+)
+def test_nothing_vanishes_between_the_middles_of_cells(shape):
+    grid = np.zeros((20, 20), bool)
+    draw(grid, 0.05, (0.0, 0.0), [shape])
+    assert grid.sum() == 1 and grid[9:11, 9:11].any()
+    draw(grid, 0.05, (5.0, 5.0), [shape])
+    assert grid.sum() == 1, 'one off the grid is not drawn'
+
+
 def test_shapes_are_drawn_as_large_as_they_are_and_thin_ones_as_a_cell():
     cells = np.zeros((40, 60), bool)
     draw(cells, 0.05, (0.0, 0.0), [Obstacle(size=(1.0, 0.5), at=(1.5, 1.0))])

@@ -207,7 +207,7 @@ def travel_row(results: Sequence[dict], with_comfort: bool) -> Figures:
         'short_reached': sum(result['reached'] for result in short),
         'contacts': sum(len(result['contacts']) for result in results),
         'to_blame': sum(not contact['blameless'] for result in results for contact in result['contacts']),
-        'gap_min_m': min((found['gap_min'] for found in there), default=math.nan),
+        'gap_min_m': min((r['judgement']['gap_min'] for r in results if r['judgement']), default=math.nan),
         'detour': mean([found['detour'] for found in there]),
         'speed': mean([found['length'] / found['seconds'] for found in there]),
         'discomfort_per_m': mean([found['discomfort'] / found['length'] for found in there]),

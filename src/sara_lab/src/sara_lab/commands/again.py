@@ -109,7 +109,8 @@ def main(argv: Sequence[str] | None = None) -> None:
     sources = fingerprint()
     try:
         found = find(arguments.case, rows.tables(arguments.folders), sources, arguments.platform)
-        platforms.choose(found.row['platform'])
+        if platforms.chosen().name != found.row['platform']:  # one in a folder elsewhere is chosen by that
+            platforms.choose(found.row['platform'])
         with tempfile.TemporaryDirectory(prefix='sara_again_') as folder:
             result, recording = recorded(drive_of(found.row, Path(folder), arguments.maps))
         _show(arguments, recording)

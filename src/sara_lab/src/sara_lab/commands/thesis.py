@@ -12,7 +12,7 @@ from sara_common import platforms
 from sara_lab.campaign.results import rows
 from sara_lab.experiments import agreement, pages, runner, turns
 from sara_lab.experiments.registry import EXPERIMENTS
-from sara_lab.workers.sources import fingerprint
+from sara_lab.workers.sources import fingerprint, folder_of
 
 
 def pages_folder() -> Path:
@@ -78,7 +78,7 @@ def _write_rows(keep, cases, results):
             for case in cases
             if case.key[0] == name
         }
-        rows.write(keep / origin.sources / f'{name}{rows.SUFFIX}', rows.rows(origin, name, of))
+        rows.write(folder_of(keep) / f'{name}{rows.SUFFIX}', rows.rows(origin, name, of))
 
 
 def _over_ros(arguments, chosen, folder, speed):

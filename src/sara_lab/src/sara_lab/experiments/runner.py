@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 from sara_common.files import write_whole
 from sara_lab.experiments import turns
 from sara_lab.workers.processes import each
-from sara_lab.workers.sources import fingerprint
+from sara_lab.workers.sources import folder_of
 
 if TYPE_CHECKING:
     from sara_lab.experiments.core import Case, Results
@@ -33,10 +33,10 @@ def run(
     first for their seeds. `where`: how many processes, or a Cluster.
 
     `progress(total)`, if given, is a context manager whose `update()` is called after each. `keep`: a folder (Path)
-    where each result is kept, and taken from where it is there already, if the code is still the same. `costs`: a dict
-    that is filled with {key: s of CPU} of what was run, not taken.
+    where each result is kept, and taken from where it is there already, if robot and code are still the same. `costs`:
+    a dict that is filled with {key: s of CPU} of what was run, not taken.
     """
-    keep = keep and Path(keep) / fingerprint()
+    keep = keep and folder_of(Path(keep))
     costs = {} if costs is None else costs
     prior = {case.key: case for case in cases if case.key[0] == 'E6'}
     for seed in sorted({case.seed for case in cases if case.gain}):

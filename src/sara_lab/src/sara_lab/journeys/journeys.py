@@ -67,14 +67,20 @@ class Planner:
         without them.
         """
         if not self.sonars:
-            lockstep.wheels.guard.zones.scale = lambda *_command, **_how: (1.0, '')
-            lockstep.wheels.guard.zones.slowly = lambda *_command: 1.0
+            take_zones_off(lockstep)
 
     @property
     def tolerances(self) -> tuple[float, float]:
         """(xy_goal_tolerance m, yaw_goal_tolerance rad), as they are set."""
         own = {**parameters('sara_nav', 'sara_nav.yaml').get(self.short, {}), **self.navigation.get(self.short, {})}
         return own['xy_goal_tolerance'], own['yaw_goal_tolerance']
+
+
+def take_zones_off(lockstep: Lockstep) -> None:
+    """The safety gate lets a Lockstep's commands pass whatever the sonars hear."""
+    zones = lockstep.wheels.guard.zones
+    zones.scale = lambda *_command, **_how: (1.0, '')
+    zones.caution_factor = lambda *_command: 1.0
 
 
 NO_RANGES = {layers: {'ultrasonic': {'enabled': False}} for layers in ('global_costmap', 'local_costmap')}

@@ -33,9 +33,10 @@ def folder_of(out: Path) -> Path:
 
 
 def fingerprint(root: Path | None = None) -> str:
-    """Twelve characters that are others once a source, a parameter file or a map of our packages is another; `root`:
-    the folder of the packages.
+    """Twelve characters that are others once a source, a parameter file or a map of our packages is another, or the
+    chosen robot's folder elsewhere. `root`: the folder of the packages, which alone count then.
     """
+    robot = None if root else platforms.chosen().folder.resolve()
     root = root or share().parent
     found = hashlib.sha1()
     for path in sorted(root.glob('*/**/*')):
@@ -48,4 +49,7 @@ def fingerprint(root: Path | None = None) -> str:
             and not (path.parent.name == 'experiments' and path.name in REPORT_ONLY)
         ):
             found.update(str(path.relative_to(root)).encode() + b'\0' + path.read_bytes())
+    if robot and not robot.is_relative_to(root.resolve()):
+        for path in sorted(path for path in robot.rglob('*') if path.is_file()):
+            found.update(str(path.relative_to(robot)).encode() + b'\0' + path.read_bytes())
     return found.hexdigest()[:12]

@@ -33,6 +33,10 @@ def draw(occupied: np.ndarray, size: float, origin: Sequence[float], shapes: Ite
         else:
             c, s = math.cos(shape.yaw), math.sin(shape.yaw)
             covered = (np.abs(c * x + s * y) <= half[0]) & (np.abs(c * y - s * x) <= half[1])
+        if not covered.any():  # it stands between the middles of cells
+            column, row = (math.floor((at - low) / size) for at, low in zip(shape.at, origin))
+            if 0 <= column < columns and 0 <= row < rows:
+                occupied[row, column] = True
         occupied[r0 : r1 + 1, c0 : c1 + 1] |= covered
 
 

@@ -20,6 +20,7 @@ from gymnasium import spaces
 from sara_bringup.lockstep.lockstep import Lockstep
 from sara_common.planar import wrap
 from sara_common.platforms import chosen
+from sara_lab.journeys.journeys import take_zones_off
 from sara_lab.journeys.travel import PACE, PATIENCE_S
 from sara_lab.journeys.worlds.made import DENSITIES, KINDS, PER_KIND, made
 from sara_lab.journeys.worlds.task import Task
@@ -77,7 +78,7 @@ class ChairEnv(gymnasium.Env):
         self.task = made(kind, number)
         self.lockstep = lockstep = Lockstep(self.task.grid, self.task.start, number, localization='fake')
         if not self._gated:
-            lockstep.wheels.guard.zones.scale = lambda *_command, **_how: (1.0, '')
+            take_zones_off(lockstep)
         self._command = (0.0, 0.0)
         lockstep.pilot = lambda _now: self._command
         lockstep.start_up()

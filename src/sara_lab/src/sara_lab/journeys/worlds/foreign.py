@@ -196,7 +196,7 @@ def scaled(grid: GridMap, scale: float) -> GridMap:
     )
     data = np.ascontiguousarray(grid.data[np.ix_(of_rows, of_columns)])
     place = scale * geometry.origin_x, scale * geometry.origin_y
-    return GridMap(data, GridGeometry(columns, rows, geometry.resolution, *place))
+    return GridMap(data, GridGeometry(columns, rows, geometry.resolution, *place), grid.origin_yaw)
 
 
 def _least_scale(grid: GridMap, entry: Entry) -> float:
