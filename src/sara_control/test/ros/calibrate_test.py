@@ -123,6 +123,7 @@ class CalibrateTest(unittest.TestCase):
 
     def test_a_drive_that_somebody_interrupts_does_not_go_on(self):
         floor, cancel = Floor(), rospy.Publisher('/move_base/cancel', GoalID, queue_size=1, latch=True)
+        self.addCleanup(cancel.unregister)
         floor.start()
         drive = subprocess.Popen(
             ['roslaunch', 'sara_control', 'calibration_drive.launch', 'cmd_vel:=/diff_drive_controller/cmd_vel']
