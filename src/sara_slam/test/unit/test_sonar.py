@@ -238,6 +238,21 @@ def test_walls_are_held_square_to_those_that_most_was_seen_of():
     assert Directions(known.square, known.reference, known.believed).order() == [1, 2]
 
 
+def test_short_walls_that_agree_outweigh_two_edges_that_came_first():
+    """Two edges that are square to each other by chance; the walls of the room are short as long as it turns."""
+    known, sharp = WallFilter(SonarConfig()), np.diag([1e-4, 1e-4])
+    room = [math.radians(angle) for angle in (20.0, 110.0, -160.0, -70.0)]
+    known.add((math.radians(-25.0), -0.9), sharp, (-0.5, 0.5))
+    assert known.add((math.radians(63.0), -0.9), sharp, (-0.5, 0.5)) == 1 and known.square[1]
+    for _ in range(5):  # heard again, one counts once
+        assert known.add((room[0], -1.0), sharp, (-0.4, 0.5)) == -1
+    assert known.add((room[1], -1.1), sharp, (-0.5, 0.4)) == -1
+    found = [known.add((theta, -1.2), sharp, (-0.45, 0.45)) for theta in room[2:]]
+    assert found == [-1, 2] and known.reference == 2
+    assert known.believed.tolist() == [False, False, True]
+    assert known.add((room[0], -1.0), sharp, (-0.4, 0.5)) == 3 and known.square[3]
+
+
 def test_a_short_slanting_wall_is_none():
     known = a_filter()
     assert known.add((math.radians(-50.0), -0.9), np.diag([1e-4, 1e-4]), (-0.3, 0.3)) == -1

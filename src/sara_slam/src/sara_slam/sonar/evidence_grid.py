@@ -39,8 +39,6 @@ SHORTER, LONGER = 0.04, 0.035
 """m that a reading may be shorter or longer than the way to a wall whose piece it is of; beyond a wall's end, readings
 of its edge are longer.
 """
-LEAST = 2
-"""Readings of a piece."""
 HOLE = 14
 """Pieces of a wall between two that are there, which nobody looked through: they are there, too. No door is so
 narrow.
@@ -104,10 +102,9 @@ def _that_are_there(config, heard, found, before):
         return []
     pieces = np.concatenate(found)
     count, looks = pieces[:, 4], glances(config, heard, pieces)
-    some = (count >= LEAST) | (count == 0.0)
-    sure = some & (looked_through(config, heard, pieces, looks, before) <= THROUGH * count)
+    sure = looked_through(config, heard, pieces, looks, before) <= THROUGH * count
     before = np.concatenate((before, pieces[sure, :4]))
-    there = some & (looked_through(config, heard, pieces, looks, before) <= THROUGH * count)
+    there = looked_through(config, heard, pieces, looks, before) <= THROUGH * count
     ends = np.cumsum([len(of) for of in found])[:-1]
     return [of[keep, :4] for of, keep in zip(found, np.split(there, ends))]
 
@@ -165,11 +162,8 @@ def _pieces_of(config, heard, wall, span=(-math.inf, math.inf)):
     at = np.floor(along / PIECE).astype(int)
     first = at.min() - 1
     counts = np.bincount(at - first, minlength=at.max() - first + 2).astype(float)
-    own = counts > 0.0
+    seen = np.flatnonzero(counts)
     counts[1:-1] += counts[:-2] + counts[2:]
-    seen = np.flatnonzero(own & (counts >= LEAST))
-    if not len(seen):
-        return np.empty((0, 5))
     holes = [np.arange(a + 1, b) for a, b in zip(seen, seen[1:]) if 1 < b - a <= HOLE]
     counts[np.concatenate([np.empty(0, int), *holes])] = 0.0
     there = np.concatenate((seen, *holes))

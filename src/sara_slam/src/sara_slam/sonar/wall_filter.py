@@ -53,6 +53,7 @@ class WallFilter:
         self.x = np.zeros(POSE)
         self.P = np.diag([0.0, 0.0, 0.0, config.turn_scale_sigma**2, config.way_scale_sigma**2])
         self.spans, self.square, self.reference = np.empty((0, 2)), np.empty(0, bool), 0
+        self._others: list[tuple[float, float, float, float]] = []  # theta, rho, from, to: short, and not square
 
     @property
     def pose(self) -> tuple[float, float, float]:
@@ -174,13 +175,14 @@ class WallFilter:
         P[size:, size:] = G @ self.P[:3, :3] @ G.T + J @ covariance @ J.T
         self.x, self.P = np.append(self.x, (theta, rho)), P
         self.spans, self.square = np.vstack((self.spans, span)), np.append(self.square, size > POSE)
-        if size > POSE and not self._held(len(self.spans) - 1):
-            if span[1] - span[0] < SLANTING:
-                self._forget_newest()
-                return -1
-            self.square[-1] = False
+        newest = len(self.spans) - 1
+        if size > POSE:
+            self.square[-1] = self._held(newest)
         self._refer()
-        return len(self.spans) - 1
+        if not self.believed[newest]:
+            self._forget_newest()
+            return -1
+        return newest
 
     def _known(self, theta, rho, covariance, span):
         """Which wall it is by angle, distance and extent; -1 if none. That wall is corrected by it."""
@@ -210,13 +212,20 @@ class WallFilter:
         return wall
 
     def _refer(self):
-        """Hold walls square to another one where SLANTING more has been seen of the walls about square to that."""
-        theta = self.walls[:, 0]
-        alike = np.abs(square_off(theta - theta[:, None])) <= self.config.square_gate
+        """Hold walls square to another one where SLANTING more has been seen of the walls about square to that. Of one
+        in other directions than the reference's the short ones count, too, that were left out: two edges that are
+        square to each other by chance may have come first.
+        """
+        theta, gate = self.walls[:, 0], self.config.square_gate
+        alike = np.abs(square_off(theta - theta[:, None])) <= gate
         seen = times(alike, self._lengths())
         most = int(np.argmax(seen))
         if seen[most] <= seen[self.reference] + SLANTING:
-            return
+            others = np.array(self._others).reshape(-1, 4)
+            seen += times(np.abs(square_off(others[:, 0] - theta[:, None])) <= gate, others[:, 3] - others[:, 2])
+            most = int(np.argmax(np.where(alike[self.reference], 0.0, seen)))
+            if seen[most] <= seen[self.reference] + SLANTING:
+                return
         self.reference = most
         self.square[:] = False
         for wall in np.flatnonzero(alike[most]).tolist():
@@ -235,6 +244,13 @@ class WallFilter:
         return True
 
     def _forget_newest(self):
+        theta, rho, low, high = *self.walls[-1].tolist(), *self.spans[-1].tolist()
+        for k, (angle, distance, start, end) in enumerate(self._others):
+            if abs(wrap(theta - angle)) < OFF[0] and abs(rho - distance) < OFF[1] and low < end and high > start:
+                self._others[k] = angle, distance, min(low, start), max(high, end)
+                break
+        else:
+            self._others.append((theta, rho, low, high))
         self.x, self.P = self.x[:-2], np.ascontiguousarray(self.P[:-2, :-2])
         self.spans, self.square = self.spans[:-1], self.square[:-1]
 
