@@ -106,13 +106,13 @@ def _command(platform, fastest):
 def _slip(platform, safety):
     low, high = platform.simulated.get('slip_range', (1.0, 2.0))
     multiplier = platform.parameters('diff_drive_controller').get('wheel_separation_multiplier', 1.0)
-    if not low - 0.02 <= safety.turn_slip * multiplier <= high + 0.02:
-        yield f'safety_gate/turn_slip is {safety.turn_slip:g}, simulated chairs slip {low:g} to {high:g}'
     if multiplier > TWICE and safety.turn_slip > TWICE:
         yield (
             f'diff_drive_controller/wheel_separation_multiplier is {multiplier:g} and safety_gate/turn_slip '
             f'{safety.turn_slip:g}: slip in turns counts twice'
         )
+    elif not low - 0.02 <= safety.turn_slip * multiplier <= high + 0.02:
+        yield f'safety_gate/turn_slip is {safety.turn_slip:g}, simulated chairs slip {low:g} to {high:g}'
 
 
 def _smoothing(platform, safety):

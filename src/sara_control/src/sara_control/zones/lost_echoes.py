@@ -30,6 +30,7 @@ FREE = 0.1  # m: an echo this much farther than the place shows that the place i
 MOST = 8  # places that are kept
 LONGEST_GAP = 0.5  # s without a reading: how the chair moved meanwhile is not known
 DISORDER = 0.05  # s by which a reading may come after a later one of another sensor
+NOT_FREE = '', math.inf  # no sensor has found a place free
 
 
 class LostPlace(NamedTuple):
@@ -41,7 +42,7 @@ class LostPlace(NamedTuple):
     y: float
     name: str
     driven: float = 0.0
-    free: tuple[str, float] = ('', math.inf)
+    free: tuple[str, float] = NOT_FREE
 
 
 class LostEchoes:
@@ -85,7 +86,7 @@ class LostEchoes:
                 if self._last - since <= LATELY:
                     kept.append(place._replace(free=(sensor.name, since)))
             else:
-                kept.append(place._replace(free=('', math.inf)) if place.free[0] == sensor.name else place)
+                kept.append(place._replace(free=NOT_FREE) if place.free[0] == sensor.name else place)
         changed = len(kept) != len(self.places)
         self.places = kept
         return changed

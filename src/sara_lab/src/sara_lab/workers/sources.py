@@ -48,8 +48,13 @@ def fingerprint(root: Path | None = None) -> str:
             and 'ros' not in parts
             and not (path.parent.name == 'experiments' and path.name in REPORT_ONLY)
         ):
-            found.update(str(path.relative_to(root)).encode() + b'\0' + path.read_bytes())
+            found.update(_entry(path, root))
     if robot and not robot.is_relative_to(root.resolve()):
         for path in sorted(path for path in robot.rglob('*') if path.is_file()):
-            found.update(str(path.relative_to(robot)).encode() + b'\0' + path.read_bytes())
+            found.update(_entry(path, robot))
     return found.hexdigest()[:12]
+
+
+def _entry(path, folder):
+    """A file's name in a folder, and what it holds."""
+    return str(path.relative_to(folder)).encode() + b'\0' + path.read_bytes()

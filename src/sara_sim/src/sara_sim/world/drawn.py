@@ -34,7 +34,7 @@ def draw(occupied: np.ndarray, size: float, origin: Sequence[float], shapes: Ite
             c, s = math.cos(shape.yaw), math.sin(shape.yaw)
             covered = (np.abs(c * x + s * y) <= half[0]) & (np.abs(c * y - s * x) <= half[1])
         if not covered.any():  # it stands between the middles of cells
-            column, row = (math.floor((at - low) / size) for at, low in zip(shape.at, origin))
+            column, row = (_cell(at, low, size) for at, low in zip(shape.at, origin))
             if 0 <= column < columns and 0 <= row < rows:
                 occupied[row, column] = True
         occupied[r0 : r1 + 1, c0 : c1 + 1] |= covered
@@ -42,4 +42,9 @@ def draw(occupied: np.ndarray, size: float, origin: Sequence[float], shapes: Ite
 
 def _index(value, origin, size, count):
     """The cell's number along an axis, the nearest that there is."""
-    return min(max(math.floor((value - origin) / size), 0), count - 1)
+    return min(max(_cell(value, origin, size), 0), count - 1)
+
+
+def _cell(value, origin, size):
+    """The cell's number along an axis without ends."""
+    return math.floor((value - origin) / size)

@@ -174,13 +174,12 @@ class WallFilter:
         P[:size, size:] = P[size:, :size].T
         P[size:, size:] = G @ self.P[:3, :3] @ G.T + J @ covariance @ J.T
         self.x, self.P = np.append(self.x, (theta, rho)), P
-        self.spans, self.square = np.vstack((self.spans, span)), np.append(self.square, size > POSE)
+        self.spans, self.square = np.vstack((self.spans, span)), np.append(self.square, False)
         newest = len(self.spans) - 1
-        if size > POSE:
-            self.square[-1] = self._held(newest)
+        self.square[newest] = newest > 0 and self._held(newest)
         self._refer()
         if not self.believed[newest]:
-            self._forget_newest()
+            self._leave_out_newest()
             return -1
         return newest
 
@@ -243,7 +242,7 @@ class WallFilter:
         self._correct(at, H, -off, c.square_sigma**2)
         return True
 
-    def _forget_newest(self):
+    def _leave_out_newest(self):
         theta, rho, low, high = *self.walls[-1].tolist(), *self.spans[-1].tolist()
         for k, (angle, distance, start, end) in enumerate(self._others):
             if abs(wrap(theta - angle)) < OFF[0] and abs(rho - distance) < OFF[1] and low < end and high > start:
