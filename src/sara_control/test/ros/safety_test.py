@@ -253,6 +253,7 @@ class SafetyTest(unittest.TestCase):
         self.wait(0.7)
         answer = self.reset()
         self.assertTrue(answer.success, answer.message)
+        self.until(lambda: self.status() == 'The chair is ready.', 'not ready after the release')
         self.drive()
 
     def test_silence_of_each_sensor_stops_the_chair(self):
