@@ -118,6 +118,46 @@ def test_while_there_is_no_way_round_it_tries_once_a_second_and_keeps_its_plan()
     assert robot.results[-1].phase == 'controlling'
 
 
+def new_map(robot, back=False):
+    """Another map comes while the robot drives; its planner then leads it back, and round, or as before."""
+    robot.go(4.0)
+    assert robot.command[0] > 0.3 and len(robot.plans) == 1
+    x, planner = robot.pose.x, robot.machine.global_planner
+    if back:
+        way = np.array(
+            [(x - 0.1 * k, 1.0, np.pi) for k in range(10)] + [(x + 0.1 * k, 1.8, 0.0) for k in range(-10, 40)]
+        )
+        planner.plan = lambda costmap_, start, goal: way
+    robot.machine.replan()
+
+
+def test_a_new_map_on_which_the_plan_is_still_free_does_not_turn_the_robot_back():
+    robot = Robot(replan_when_blocked=True)
+    new_map(robot, back=True)
+    result = robot.go(1.0)
+    assert len(robot.plans) == 1 and result.phase == 'controlling' and robot.command[0] > 0.4
+    robot.machine.replan()
+    assert robot.go(30.0, until=lambda r: r.status != 'active').text == 'Goal reached.'
+
+
+@pytest.mark.parametrize('why', ['blocked', 'on', 'as the peer'])
+def test_it_is_turned_back_where_the_plan_is_blocked_and_led_on_by_the_new_plan(why):
+    robot = Robot(replan_when_blocked=why != 'as the peer')
+    new_map(robot, back=why != 'on')
+    if why == 'blocked':
+        robot.put(4.5, 1.0)
+    robot.go(0.1)
+    assert len(robot.plans) == 2
+
+
+def test_where_the_new_map_leaves_no_way_it_stands():
+    robot = Robot(replan_when_blocked=True)
+    new_map(robot)
+    robot.put(4.5)
+    result = robot.go(0.1)
+    assert (result.phase, result.command) == ('planning', ZERO)
+
+
 # -- stuck_timeout -----------------------------------------------------------------------------------------------------
 
 

@@ -284,12 +284,15 @@ def test_without_progress_another_frontier_is_driven_to():
     assert isinstance(second, Drive) and second != first and any('no progress for 6 s' in line for line in house.said)
 
 
-@pytest.mark.parametrize('way, turn, left', [(0.3, 0.6, True), (0.5, 0.0, False), (0.0, 1.0, False)])
-def test_going_to_and_fro_is_no_progress(way, turn, left):
+@pytest.mark.parametrize(
+    'way, turn, every, left',
+    [(0.3, 0.6, 2, True), (1.5, 0.0, 2, True), (0.0, 3.0, 2, True), (0.1, 0.0, 99, False), (0.0, 0.2, 99, False)],
+)
+def test_going_to_and_fro_is_no_progress_however_far(way, turn, every, left):
     house = House({'progress_timeout': 5.0})
     first = house.step()
-    for step in range(8):
-        pose = START._replace(x=START.x + way * (step % 2), yaw=START.yaw + turn * (step % 2))
+    for step in range(12):
+        pose = START._replace(x=START.x + way * (step % every), yaw=START.yaw + turn * (step % every))
         house.now += 1.0
         order = house.explorer.step(house.now, pose)
         if order is not None:

@@ -26,6 +26,7 @@ from sara_slam.exploring.cones import (
 )
 from sara_slam.exploring.explore_config import ExploreConfig
 from sara_slam.exploring.explorer import Explorer
+from sara_slam.exploring.frontiers import frontiers
 from sara_slam.exploring.ground import with_obstacles
 from sara_slam.exploring.orders import Drive, State
 from sara_slam.exploring.survey import AGAIN, Survey
@@ -212,6 +213,32 @@ def test_less_is_expected_of_what_has_been_faced_in_vain():
     assert not found.stays(choice) and found.given_up(choice.frontier)
     found.forget()
     assert found.expected()[row, column] == 1.0
+
+
+@pytest.mark.parametrize('least, again', [(0.5, True), (9.0, False)])
+def test_a_frontier_that_is_left_in_the_end_is_looked_at_as_if_it_had_not_been_faced_but_once(least, again):
+    found, ground = survey(), hall()
+    found.on_costmap(ground, frontiers(ground, least))
+    for _ in range(2):
+        for x in np.arange(1.0, 2.5, 0.3):
+            for turn in range(30):
+                for y in (0.6, 1.0, 1.5, 2.0, 2.5, 3.0, 3.4):
+                    found.at(Pose2D(x, y, 0.3 * turn))
+        assert found.choose(planner(), FOOTPRINT, START, False) is None
+        assert found.looks_again() == again
+        choice = found.choose(planner(), FOOTPRINT, START, False)
+        assert (choice is not None and choice.frontier.size > 1.0) == again
+        again = False
+    found.forget()
+    assert found.choose(planner(), FOOTPRINT, START, False) is not None
+
+
+def test_with_nothing_left_the_robot_looks_again_before_it_goes_home():
+    house = Sonars()
+    looks = []
+    house.found.looks_again = lambda: looks.append(house.now) or False
+    house.run()
+    assert len(looks) == 1 and house.explorer.state is State.DONE and house.pose == START
 
 
 def test_what_was_faced_is_known_on_a_map_that_has_grown():

@@ -33,6 +33,7 @@ class Goal:
     next there.
     doubted_since: since when it waits, for the robot may be lost; None: it does not.
     begins_anew: a recovery is over, which may have moved the robot: nothing counts as reached any more.
+    has_plan: it is planned anew, but for the map alone: there is a plan that was good on the one before.
     """
 
     pose: Pose2D
@@ -57,6 +58,7 @@ class Goal:
     recovery_index: int = 0
     recovery: object = None
     begins_anew: bool = False
+    has_plan: bool = False
     doubted_since: float = None
 
     def watch_oscillation(self, t: float, pose: Pose2D, distance: float) -> None:

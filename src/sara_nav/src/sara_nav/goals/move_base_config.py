@@ -54,12 +54,11 @@ class MoveBaseConfig:
     peer's): how long a new goal waits for the first pose before it is aborted.
 
     Not the peer's, and without effect by default: replan_when_blocked: plan anew as soon as the global costmap shows
-    something new on the plan. stuck_timeout: recover when the robot is told to move for so long and does not, 0: never.
-    recovery_memory: a recovery within so many metres of where one began before, for the same goal, goes on with the
-    behaviour after the last one
-    there, 0: with the first, once what led to it was over. lost_topic: where the localization publishes the probability
-    of being lost; from lost_limit on, until it falls to found_limit, the robot stands and the goal waits, lost_patience
-    at most.
+    something new on the plan, and do not turn back for another map on which the plan is free. stuck_timeout: recover
+    when the robot is told to move for so long and does not, 0: never. recovery_memory: a recovery within so many metres
+    of where one began before, for the same goal, goes on with the behaviour after the last one there, 0: with the
+    first, once what led to it was over. lost_topic: where the localization publishes the probability of being lost;
+    from lost_limit on, until it falls to found_limit, the robot stands and the goal waits, lost_patience at most.
     """
 
     base_global_planner: str = 'navfn/NavfnROS'

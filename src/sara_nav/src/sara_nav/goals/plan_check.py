@@ -11,6 +11,8 @@ from sara_nav.planners.planning import distances_along
 
 AHEAD = 1.0
 """The robot is looked for on the next so many metres of its plan."""
+BEGIN = 0.3
+"""m of a plan that tell which way it leaves."""
 
 
 class PlanWatch:
@@ -45,6 +47,19 @@ class PlanWatch:
             return None
         worse = np.flatnonzero(world.touched(self._plan[self._at :]) > self._touched[self._at :])
         return float(self._along[self._at + worse[0]] - self._along[self._at]) if len(worse) else None
+
+    def turns_back(self, other: np.ndarray) -> bool:
+        """Whether another plan (n, 3) from where the robot is leaves against the way that this one goes on."""
+        if self._plan is None:
+            return False
+        ahead, back = _way_out(self._plan[self._at :]), _way_out(other)
+        return ahead is not None and back is not None and float(ahead @ back) < 0.0
+
+
+def _way_out(plan):
+    """(2,) m: where a plan (n, 3) leads in its first BEGIN; None for a shorter one."""
+    there = np.flatnonzero(distances_along(plan) >= BEGIN)
+    return plan[there[0], :2] - plan[0, :2] if len(there) else None
 
 
 @kernel

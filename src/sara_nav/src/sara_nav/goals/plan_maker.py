@@ -16,7 +16,7 @@ from sara_common.planar import Pose2D, is_apart
 from sara_nav.costmaps.costmap_pair import CostmapPair
 from sara_nav.goals.goal import Goal
 from sara_nav.goals.goal_search import GlobalPlanner, Nearby, cleared, search_plan
-from sara_nav.goals.move_base_config import PLANNING, Counters, MoveBaseConfig
+from sara_nav.goals.move_base_config import CONTROLLING, PLANNING, Counters, MoveBaseConfig
 from sara_nav.goals.plan_check import PlanWatch
 from sara_nav.planners.planning import PlanError
 
@@ -60,10 +60,11 @@ class PlanMaker:
         return bool(waiting or blocked or config.planner_frequency) and t - goal.last_plan_try >= period - 1e-3
 
     def make(self, goal: Goal, t: float, pose: Pose2D, config: MoveBaseConfig) -> tuple[np.ndarray | None, str]:
-        """Return (plan (n, 3) or None, why) for a Goal from ``pose`` at t (s); why: '', or by what patience is at its
-        end.
+        """Return (plan (n, 3) or None, why) for a Goal from ``pose`` at t (s); None where there is none, or the robot
+        goes on by the one that it has; why: '', or by what patience is at its end.
         """
         waiting, goal.last_plan_try = goal.phase == PLANNING, t
+        has_plan, goal.has_plan = goal.has_plan, False
         if waiting and goal.planning_since is None:
             goal.planning_since, goal.tries = t, 0
         if waiting or goal.crossed is not None or self._long:
@@ -77,11 +78,23 @@ class PlanMaker:
             goal.problem = str(error)
             return None, goal.plan_failed(t, config) if waiting else ''
         self._counters.plans += 1
+        if has_plan and self._keeps(plan, pose):
+            self._last, goal.phase, goal.planning_since = (t, None), CONTROLLING, None
+            return None, ''
         goal.crossed = None
+        self._watch.forget()
         if config.replan_when_blocked:
             self._watch.take(plan, self._costmaps.to_plan_on(self.unknown_blocks))
             self._watched = self._costmaps.world_changes
         return plan, ''
+
+    def _keeps(self, plan, pose):
+        """Whether the robot goes on by the plan that it has: it is free on the new map, too, and the new one leads
+        back. What one place alone sees on the way would have it go to and fro, map by map.
+        """
+        self._watch.follow(pose)
+        blocked = self._watch.blocked(self._costmaps.to_plan_on(self.unknown_blocks))
+        return blocked is None and self._watch.turns_back(plan)
 
     def plan(self, start: Pose2D, goal: Pose2D) -> np.ndarray:
         """Return a plan (n, 3) from one Pose2D to another on the global costmap. Raises PlanError."""

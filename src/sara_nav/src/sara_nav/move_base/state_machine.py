@@ -158,6 +158,7 @@ class MoveBase:
         """Build both costmaps and plan anew in the next step, because the map is another one."""
         self.costmaps.wake()
         if self._goal is not None and self._goal.phase != CLEARING:
+            self._goal.has_plan = self._goal.has_plan or self._goal.phase == CONTROLLING
             self._goal.phase, self._goal.last_plan_try = PLANNING, -math.inf
 
     def reconfigure(

@@ -65,6 +65,9 @@ class Chooser(Protocol):
     def given_up(self, frontier: Frontier) -> bool:
         """Whether a frontier is not driven to any more."""
 
+    def looks_again(self) -> bool:
+        """Nothing is left to drive to, on a map that is up to date: whether there is now, to be looked at once more."""
+
     def forget(self) -> None:
         """Try again what was tried."""
 
@@ -126,6 +129,10 @@ class ByFrontiers:
     ) -> Choice | None:
         """None: what a scanner has not seen on the way out is where it turned back."""
         return None
+
+    def looks_again(self) -> bool:
+        """False: what a scanner has not seen from near is out of its sight."""
+        return False
 
     def forget(self) -> None:
         """See Chooser."""

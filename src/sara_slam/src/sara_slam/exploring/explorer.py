@@ -12,7 +12,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from sara_common.planar import Pose2D, is_apart
+from sara_common.planar import Pose2D
 from sara_nav.costmaps.costmap import Costmap
 from sara_nav.grids.grid import INSCRIBED
 from sara_slam.exploring.choice import ByFrontiers, Choice, Chooser, Planner
@@ -21,6 +21,7 @@ from sara_slam.exploring.frontiers import Frontier, frontiers
 from sara_slam.exploring.goal_ends import is_out_of_reach, is_stop
 from sara_slam.exploring.limits import Limits
 from sara_slam.exploring.orders import Drive, State, Stop
+from sara_slam.exploring.progress import Progress
 
 NEWS_S = 30.0
 """s that the map is waited for when no frontier is left: what the robot saw last may not be on it yet, and what bars
@@ -35,8 +36,6 @@ FINISH_S, MORE_S = 240.0, 30.0
 """s before it turns home for lack of time from which on what has been begun is finished; s that the way home has left
 over for which it turns back to exploring.
 """
-MOVED, TURNED = 0.4, 0.8
-"""m and rad from where it was that are progress: a robot that goes to and fro makes none."""
 AT_HOME = 0.3
 """m from where it began that the robot need not drive."""
 
@@ -66,7 +65,8 @@ class Explorer:
         self._costmap: Costmap | None = None
         self._home = self._pose = None
         self._began = self._limit_from = self._wait_until = self._nothing_since = None
-        self._progress = self._at = None  # (s, pose) of the newest; s of the newest step
+        self._progress: Progress | None = None
+        self._at = None  # s of the newest step
         self._in_vain, self._waits_for = 0, ''
         self._homeward, self._home_tries = False, 0  # whether it drives home; how often it set out for it
         self._cut_short, self._left = False, math.inf  # whether it has for lack of time; s until it has to
@@ -131,7 +131,7 @@ class Explorer:
         self._waits_for = ''
         self._note(now, pose)
         if hold and self.visit is not None:  # for its end, or that the gate lets it drive again, it is waited
-            self._progress = now, pose
+            self._progress = Progress(now, pose)
             return None
         if self._began is None:
             self._began, self._home = now, pose
@@ -177,16 +177,14 @@ class Explorer:
         self._chooser.at(pose)
         back, self._at = 0.0 if self._at is None else self._at - now, now
         if back > 0.0:  # the clock was set
-            self._progress, self._wait_until, self._nothing_since = (now, pose), None, None
+            self._progress, self._wait_until, self._nothing_since = Progress(now, pose), None, None
             self._began, self._limit_from = (at if at is None else at - back for at in (self._began, self._limit_from))
 
     def _on_the_way(self, now, pose):
         """The robot drives to a frontier."""
-        since, there = self._progress
-        if is_apart(there, pose, MOVED, TURNED):
-            self._progress = now, pose
-        elif now - since > self.config.progress_timeout:
-            self.say(f'A frontier at {_place(self.visit.frontier)} is left: no progress for {now - since:.0f} s.')
+        idle = self._progress.none_for(now, pose)
+        if idle > self.config.progress_timeout:
+            self.say(f'A frontier at {_place(self.visit.frontier)} is left: no progress for {idle:.0f} s.')
             self._chooser.tried(self.visit, False)
             self.visit = None
             return self._next(now, pose) or Stop()
@@ -211,7 +209,8 @@ class Explorer:
         self._nothing_since = now if self._nothing_since is None else self._nothing_since
         if now - self._nothing_since < NEWS_S:
             return None
-        return self._finish(now, pose)
+        self._nothing_since = None
+        return self._next(now, pose) if self._chooser.looks_again() else self._finish(now, pose)
 
     def _choice(self, pose):
         if self._cut_short:
@@ -219,7 +218,7 @@ class Explorer:
         return self._chooser.choose(self._planner, self._footprint, pose, self.visit is not None)
 
     def _drive(self, now, pose, visit):
-        self.visit, self._progress = visit, (now, pose)
+        self.visit, self._progress = visit, Progress(now, pose)
         self.say(
             f'To a frontier of {visit.frontier.size:.1f} m at {_place(visit.frontier)}; {len(self.found)} on the map.'
         )
@@ -250,7 +249,7 @@ class Explorer:
         if not self.config.return_to_init or pose.distance(self._home) < AT_HOME:
             self.state = State.DONE
             return None
-        self.state, self._progress, self._home_tries = State.RETURNING, (now, pose), 0
+        self.state, self._home_tries = State.RETURNING, 0
         self.say(f'Back to where it began, ({self._home.x:.2f}, {self._home.y:.2f}).')
         return self._go_home()
 

@@ -62,3 +62,12 @@ def large_patches(cells: np.ndarray, least: float) -> np.ndarray:
     large = np.bincount(labels.ravel()) >= least
     large[0] = False
     return large[labels]
+
+
+def paste(source: np.ndarray, corner: tuple[int, int], target: np.ndarray, other: tuple[int, int]) -> None:
+    """Copy of an array at a corner (column, row) what lies in the target, whose corner is another one."""
+    dx, dy = corner[0] - other[0], corner[1] - other[1]
+    x0, y0 = max(dx, 0), max(dy, 0)
+    x1, y1 = min(dx + source.shape[1], target.shape[1]), min(dy + source.shape[0], target.shape[0])
+    if x1 > x0 and y1 > y0:
+        target[y0:y1, x0:x1] = source[y0 - dy : y1 - dy, x0 - dx : x1 - dx]

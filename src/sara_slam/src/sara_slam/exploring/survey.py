@@ -33,7 +33,7 @@ from sara_slam.exploring.cones import (
     warm,
 )
 from sara_slam.exploring.frontiers import Frontier, cells_of
-from sara_slam.exploring.ground import filled, large_patches, with_obstacles
+from sara_slam.exploring.ground import filled, large_patches, paste, with_obstacles
 from sara_slam.exploring.pace import Pace
 from sara_slam.exploring.viewpoints import Surroundings
 from sara_slam.exploring.wall_normals import normals
@@ -62,6 +62,10 @@ LEFT = 0.2
 """Share of what was expected from a place down to which it is driven to."""
 ROUNDS = 3
 """How often what could not be reached is tried again while nothing is reached."""
+BESIDE = 3
+"""Cells up to which what is beside a frontier is of it."""
+LOOKS = 1
+"""How often frontiers that are left in the end are looked at as if they had not been faced."""
 TRIES = 4
 """Places that are planned to, the best first."""
 GAP = 0.3
@@ -87,7 +91,8 @@ class Survey:
         self._reach = float(reach)
         self._sensors = np.empty((0, 4))
         self._tried: list[tuple[Pose2D, bool]] = []  # and whether it was reached
-        self._rounds = ROUNDS
+        self._rounds, self._looks = ROUNDS, LOOKS
+        self._frontiers: Sequence[Frontier] = ()
         self._last: Pose2D | None = None
         self.ground: Costmap | None = None
         self.obstacles: Costmap | None = None
@@ -111,6 +116,7 @@ class Survey:
     def forget(self) -> None:
         """Expect as much of everything as if nothing had been heard."""
         self._faced[:], self._expected, self._farther, self._home = 0, None, FARTHER, None
+        self._looks = LOOKS
         self._tried.clear()
 
     def tried(self, choice: Choice, reached: bool) -> None:
@@ -119,6 +125,17 @@ class Survey:
         """
         self._tried.append((choice.pose, reached))
         self._rounds = ROUNDS if reached else self._rounds
+
+    def looks_again(self) -> bool:
+        """See Chooser. A cone is wider than what it frees: a border may have been faced from afar in vain."""
+        if not (self._looks and self._frontiers):
+            return False
+        self._looks -= 1
+        columns, rows = cells_of(np.concatenate([of.points for of in self._frontiers]), self.ground.geometry)
+        left = np.zeros(self._faced.shape, bool)
+        left[rows, columns] = True
+        self._faced[binary_dilation(left, iterations=BESIDE)], self._expected = 0, None
+        return True
 
     def given_up(self, frontier: Frontier) -> bool:
         """Whether little is expected of a frontier any more."""
@@ -130,6 +147,7 @@ class Survey:
         """
         if min(costmap.costs.shape) < 2:
             raise ValueError(f'a map of {" x ".join(map(str, costmap.costs.shape))} cells is none')
+        self._frontiers = found
         self.ground = costmap = filled(costmap, GAP)
         costs, g = costmap.costs, costmap.geometry
         unknown = large_patches(costs == UNKNOWN, round(PATCH / g.resolution) ** 2)
@@ -140,7 +158,7 @@ class Survey:
         self._border = (kinds == FREE_CELL) & binary_dilation(unknown)
         corner = round(g.origin_x / g.resolution), round(g.origin_y / g.resolution)
         faced = np.zeros(costs.shape, np.uint8)
-        _paste(self._faced, self._corner, faced, corner)
+        paste(self._faced, self._corner, faced, corner)
         self._faced, self._corner, self._expected = faced, corner, None
         self._passed, self._looked = np.zeros(costs.shape, bool), 0
 
@@ -280,12 +298,3 @@ class Survey:
         borders_heard(self._cells, sensors, self._reach, places, far)
         shape = len(poses), len(self._sensors), RAYS
         return places.reshape(shape), far.reshape(shape)
-
-
-def _paste(source, corner, target, other):
-    """Copy of an array at a corner (column, row) what lies in the target, whose corner is another one."""
-    dx, dy = corner[0] - other[0], corner[1] - other[1]
-    x0, y0 = max(dx, 0), max(dy, 0)
-    x1, y1 = min(dx + source.shape[1], target.shape[1]), min(dy + source.shape[0], target.shape[0])
-    if x1 > x0 and y1 > y0:
-        target[y0:y1, x0:x1] = source[y0 - dy : y1 - dy, x0 - dx : x1 - dx]
