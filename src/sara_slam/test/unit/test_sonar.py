@@ -23,6 +23,7 @@ from sara_slam.sonar.forward_model import (
     looked_through,
     unexplained,
 )
+from sara_slam.sonar.free_space import known_free
 from sara_slam.sonar.short_walls import short_walls
 from sara_slam.sonar.sonar_config import SonarConfig
 from sara_slam.sonar.sonar_slam import SonarSlam
@@ -452,6 +453,38 @@ def test_a_wall_goes_on_a_little_unless_somebody_looked_through(looked):
         heard = Heard(sensors, np.append(heard.ranges, (2.0, 2.0)))
     pieces = wall_pieces(SonarConfig(), heard, np.array([[-0.5 * math.pi, -1.0]]))
     assert (pieces[:, 0].max() > 2.15) != looked
+
+
+@pytest.mark.parametrize(
+    ('wide', 'more', 'known'),
+    [
+        (1.8, [], False),
+        (1.8, [(2.0, 0.4, 0.5 * math.pi, 2.0)], True),  # it looked through
+        (1.8, [(2.0, 0.4, 0.5 * math.pi, math.inf)], True),
+        (1.8, [(2.0, 1.7, -0.5 * math.pi, 1.5)], True),  # it went through from behind, where it would hear nothing
+        (1.8, [(2.0, 0.4, 0.5 * math.pi, 0.4)], False),  # it heard something in front
+        (2.2, [], True),
+    ],
+)
+def test_a_wide_hole_of_which_nobody_knows_anything_is_wall(wide, more, known):
+    along = np.r_[np.arange(0.0, 1.0, 0.05), np.arange(1.0 + wide, 2.0 + wide, 0.05)]
+    heard, (x, y, axis, ranges) = side(along), np.array(more).reshape(-1, 4).T
+    heard = Heard(np.vstack((heard.sensors, np.column_stack((x, y, axis)))), np.append(heard.ranges, ranges))
+    pieces = wall_pieces(SonarConfig(), heard, np.array([[-0.5 * math.pi, -1.0]]))
+    of = pieces[np.abs(pieces[:, 1] - 1.0) < 0.03]
+    gap = np.diff(np.sort(of[:, 0])).max()
+    assert gap > 0.35 if known else gap < 0.06
+    assert 1.0 + wide < of[:, 0].max() < 2.4 + wide
+
+
+def test_what_fans_of_readings_went_through_is_free_up_to_what_stands_there():
+    heard = Heard(np.array([(0.0, 0.0, 0.0), (0.0, 3.0, 0.0)]), np.array((2.0, math.inf)))
+    places = np.array([(1.5, 0.02), (1.5, 0.238), (1.5, 0.6), (2.2, 0.02), (1.3, 3.02), (1.7, 3.02), (-0.5, 0.02)])
+    free = [True, True, False, False, True, False, False]
+    assert known_free(SonarConfig(), heard, np.empty((0, 2)), places).tolist() == free
+    post = np.column_stack((np.full(40, 1.0), np.arange(-1.0, 1.0, 0.05)))
+    assert known_free(SonarConfig(), heard, post, places).tolist() == [False, False, *free[2:]]
+    assert known_free(SonarConfig(), heard, post, places[:0]).tolist() == []
 
 
 @pytest.mark.parametrize('looked', (False, True))

@@ -15,10 +15,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ahead_of_time import kernel
 from sara_common.repeatable import cos_sin
-from sara_nav.grids.grid import GridGeometry
-from sara_nav.maps.map_io import FREE, OCCUPIED, UNKNOWN, GridMap
+from sara_nav.maps.map_io import FREE, OCCUPIED, GridMap
 from sara_slam.sonar.doorways import Doorways, doorways, in_doorway, in_order
 from sara_slam.sonar.echo_points import other_points
 from sara_slam.sonar.forward_model import (
@@ -30,6 +28,7 @@ from sara_slam.sonar.forward_model import (
     looked_through,
     unexplained,
 )
+from sara_slam.sonar.free_space import Sheet, known_free
 from sara_slam.sonar.short_walls import short_walls
 from sara_slam.sonar.sonar_config import SonarConfig
 
@@ -43,6 +42,10 @@ HOLE = 14
 """Pieces of a wall between two that are there, which nobody looked through: they are there, too. No door is so
 narrow.
 """
+WIDE = 40
+"""Pieces of a wall between two that are there of which nobody knows anything: what readings neither looked through nor
+went through of such a hole is there, too.
+"""
 CORNER, SQUARE = 0.75, 0.9
 """m from the corner of two walls up to which both are believed to reach it, unless somebody looked through; sine of the
 angle between such walls at least.
@@ -51,12 +54,6 @@ GOES_ON = HOLE // 2
 """Pieces by which a wall goes on beyond what was heard of it: two that do so close such a hole."""
 NEAR_FEET = 0.6
 """m along a wall from the nearest foot of a sensor up to which an echo may be of it."""
-FREE_HALF = math.radians(12.0)
-"""Half the cone in which a reading tells of free space."""
-FREE_FAR = 1.5
-"""m up to which silence tells of free space."""
-MARGIN = 2.6
-"""m about everything heard."""
 _NOTHING = np.empty((0, 4))
 
 
@@ -89,8 +86,12 @@ def wall_pieces(config: SonarConfig, heard: Heard, walls: np.ndarray) -> list[np
     walls = np.concatenate((walls, short))
     found = [_pieces_of(config, heard, wall, span) for wall, span in zip(short.tolist(), spans.tolist())]
     pieces += _that_are_there(config, heard, found, np.concatenate(pieces))
-    more = np.concatenate((_to_corners(walls, pieces), *(_ends(of) for of in pieces)))
-    unseen = looked_through(config, heard, more, glances(config, heard, more), np.concatenate(pieces)) <= GLIMPSES
+    before = np.concatenate(pieces)
+    wide = np.concatenate([_in_wide_holes(of) for of in pieces])
+    wide = wide[~known_free(config, heard, before[:, :2], wide[:, :2])]
+    more = np.concatenate((wide, _to_corners(walls, pieces), *(_ends(of) for of in pieces)))
+    most = np.where(np.arange(len(more)) < len(wide), 0, GLIMPSES)
+    unseen = looked_through(config, heard, more, glances(config, heard, more), before) <= most
     return [*pieces, more[unseen]]
 
 
@@ -109,10 +110,23 @@ def _that_are_there(config, heard, found, before):
     return [of[keep, :4] for of, keep in zip(found, np.split(there, ends))]
 
 
+def _in_wide_holes(pieces):
+    """(n, 4): pieces that a wall would have between those that are there."""
+    if not len(pieces):
+        return _NOTHING
+    pieces, along = in_order(pieces)
+    apart = np.round(np.diff(along) / PIECE).astype(int)
+    of = np.flatnonzero((apart > 1) & (apart <= WIDE))
+    steps = np.concatenate([np.empty(0, int), *(np.arange(1, apart[k]) for k in of.tolist())])
+    found = pieces[np.repeat(of, apart[of] - 1)]
+    tangent = np.array((-pieces[0, 3], pieces[0, 2]))
+    return np.hstack((found[:, :2] + PIECE * steps[:, None] * tangent, found[:, 2:]))
+
+
 def _ends(pieces):
     """(n, 4): pieces by which a wall goes on at its ends."""
     if not len(pieces):
-        return np.empty((0, 4))
+        return _NOTHING
     pieces, along = in_order(pieces)
     tangent = np.array((-pieces[0, 3], pieces[0, 2]))
     breaks = np.flatnonzero(np.diff(along) > 1.5 * PIECE)
@@ -198,53 +212,9 @@ def _touched(config, heard, theta, rho):
 
 def _raster(config, heard, pieces, points, body):
     size = config.resolution
-    every = np.concatenate((heard.sensors[:, :2], pieces[:, :2], points, body))
-    low = np.floor((every.min(0) - MARGIN) / size).astype(int)
-    columns, rows = (np.ceil((every.max(0) + MARGIN) / size).astype(int) - low).tolist()
-    data = np.full((rows, columns), UNKNOWN, np.int8)
-
-    def mark(places, value):
-        at = np.floor(places / size).astype(int) - low
-        inside = (at >= 0).all(1) & (at[:, 0] < columns) & (at[:, 1] < rows)
-        data[at[inside, 1], at[inside, 0]] = value
-
-    walls = pieces[:, :2] - 0.2 * size * pieces[:, 2:]
-    mark(walls, OCCUPIED)
-    mark(points, OCCUPIED)
-    _clear(heard, config, data, low)
-    mark(body, FREE)
-    return GridMap(data, GridGeometry(columns, rows, size, float(low[0]) * size, float(low[1]) * size))
-
-
-def _clear(heard, config, data, low):
-    """Mark free what readings went through, up to what is occupied."""
-    size = config.resolution
-    fan = np.linspace(-FREE_HALF, FREE_HALF, 9)
-    reach = np.where(heard.ranges <= config.range_max_range, heard.ranges, FREE_FAR) - size
-    x, y, angle = (np.repeat(column, len(fan)) for column in heard.sensors.T)
-    angle, reach = angle + np.tile(fan, len(heard.ranges)), np.repeat(reach, len(fan))
-    rays = np.column_stack((x, y, np.cos(angle), np.sin(angle), reach))
-    _go_through(rays, np.arange(0.0, config.range_max_range, 0.5 * size), (size, *low.tolist()), data)
-
-
-@kernel
-def _go_through(rays, distances, cells, data):
-    """Put FREE into data along rays (n, 5): x, y, direction (x, y) and reach, m. distances: at which is looked; cells:
-    their size, m, and the lowest column and row.
-    """
-    size, low_column, low_row = cells
-    for n in range(len(rays)):
-        x, y, dx, dy, reach = rays[n]
-        for distance in distances:
-            if reach <= distance:
-                break
-            column = int(math.floor((x + distance * dx) / size)) - low_column
-            row = int(math.floor((y + distance * dy) / size)) - low_row
-            if data[row, column] == OCCUPIED:
-                break
-            data[row, column] = FREE
-
-
-def warm() -> None:
-    """Compile, or load from the cache, the kernel for the types it is called with."""
-    _go_through(np.zeros((1, 5)), np.zeros(1), (0.05, 0, 0), np.zeros((1, 1), np.int8))
+    sheet = Sheet.about(size, np.concatenate((heard.sensors[:, :2], pieces[:, :2], points, body)))
+    sheet.mark(pieces[:, :2] - 0.2 * size * pieces[:, 2:], OCCUPIED)
+    sheet.mark(points, OCCUPIED)
+    sheet.clear(config, heard)
+    sheet.mark(body, FREE)
+    return sheet.grid()

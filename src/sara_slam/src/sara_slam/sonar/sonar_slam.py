@@ -13,7 +13,7 @@ import numpy as np
 
 from sara_common.planar import between, compose, inverse, is_apart
 from sara_nav.maps.map_io import GridMap
-from sara_slam.sonar import arrow_system, evidence_grid, forward_model, wall_search
+from sara_slam.sonar import arrow_system, forward_model, free_space, wall_search
 from sara_slam.sonar.doorways import NO_DOORWAYS, Doorways
 from sara_slam.sonar.drawing import Directions, Kept, Pose, Snapshot
 from sara_slam.sonar.sonar_config import SonarConfig
@@ -42,7 +42,7 @@ class SonarSlam:
 
     def __init__(self, config: SonarConfig):
         arrow_system.warm()
-        evidence_grid.warm()
+        free_space.warm()
         forward_model.warm()
         self.config, self.filter, self.counts = config, WallFilter(config), Counter()
         self._odometry = deque()  # (stamp, pose)
