@@ -477,6 +477,12 @@ def test_a_wide_hole_of_which_nobody_knows_anything_is_wall(wide, more, known):
     assert 1.0 + wide < of[:, 0].max() < 2.4 + wide
 
 
+def test_a_wide_hole_of_a_slanted_wall_stays():
+    along = np.r_[np.arange(0.0, 1.0, 0.05), np.arange(2.5, 3.5, 0.05)]
+    pieces = wall_pieces(SonarConfig(), side(along), np.array([[0.4, 9.0], [-0.5 * math.pi, -1.0]]))
+    assert np.diff(np.sort(pieces[np.abs(pieces[:, 1] - 1.0) < 0.03, 0])).max() > 0.5
+
+
 def test_what_fans_of_readings_went_through_is_free_up_to_what_stands_there():
     heard = Heard(np.array([(0.0, 0.0, 0.0), (0.0, 3.0, 0.0)]), np.array((2.0, math.inf)))
     places = np.array([(1.5, 0.02), (1.5, 0.238), (1.5, 0.6), (2.2, 0.02), (1.3, 3.02), (1.7, 3.02), (-0.5, 0.02)])

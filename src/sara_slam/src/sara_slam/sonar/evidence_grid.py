@@ -31,6 +31,7 @@ from sara_slam.sonar.forward_model import (
 from sara_slam.sonar.free_space import Sheet, known_free
 from sara_slam.sonar.short_walls import short_walls
 from sara_slam.sonar.sonar_config import SonarConfig
+from sara_slam.sonar.square_walls import square_off
 
 PIECE = 0.05
 """m of a wall that is there or not."""
@@ -43,8 +44,8 @@ HOLE = 14
 narrow.
 """
 WIDE = 40
-"""Pieces of a wall between two that are there of which nobody knows anything: what readings neither looked through nor
-went through of such a hole is there, too.
+"""Pieces of a wall along or across the first one, between two that are there: what readings neither looked through nor
+went through of such a hole is there, too. Slanted ones may be none: two edges are enough for them.
 """
 CORNER, SQUARE = 0.75, 0.9
 """m from the corner of two walls up to which both are believed to reach it, unless somebody looked through; sine of the
@@ -87,7 +88,8 @@ def wall_pieces(config: SonarConfig, heard: Heard, walls: np.ndarray) -> list[np
     found = [_pieces_of(config, heard, wall, span) for wall, span in zip(short.tolist(), spans.tolist())]
     pieces += _that_are_there(config, heard, found, np.concatenate(pieces))
     before = np.concatenate(pieces)
-    wide = np.concatenate([_in_wide_holes(of) for of in pieces])
+    square = np.abs(square_off(walls[:, 0] - walls[0, 0])) <= config.square_gate
+    wide = np.concatenate([_in_wide_holes(of) for of, fits in zip(pieces, square) if fits])
     wide = wide[~known_free(config, heard, before[:, :2], wide[:, :2])]
     more = np.concatenate((wide, _to_corners(walls, pieces), *(_ends(of) for of in pieces)))
     most = np.where(np.arange(len(more)) < len(wide), 0, GLIMPSES)
@@ -111,7 +113,7 @@ def _that_are_there(config, heard, found, before):
 
 
 def _in_wide_holes(pieces):
-    """(n, 4): pieces that a wall would have between those that are there."""
+    """(n, 4): pieces that a wall has in such holes if they are none."""
     if not len(pieces):
         return _NOTHING
     pieces, along = in_order(pieces)

@@ -21,6 +21,7 @@ import numpy as np
 from sara_common.planar import compose, wrap
 from sara_common.repeatable import cos_sin, times
 from sara_slam.sonar.sonar_config import SonarConfig
+from sara_slam.sonar.square_walls import square_off
 
 POSE = 5
 """Of the state: x, y, yaw, scale of turns, scale of ways (relative errors)."""
@@ -260,8 +261,3 @@ def foot(walls: np.ndarray, x: float, y: float, axis: float) -> tuple[np.ndarray
     """
     c, s = cos_sin(walls[:, 0])
     return c * x + s * y - walls[:, 1], c * y - s * x, np.abs(wrap(axis - walls[:, 0] - math.pi))
-
-
-def square_off(angle: float | np.ndarray) -> float | np.ndarray:
-    """rad off the nearest multiple of a right angle."""
-    return angle - 0.5 * math.pi * np.round(angle / (0.5 * math.pi))

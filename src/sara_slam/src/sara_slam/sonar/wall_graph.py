@@ -15,7 +15,7 @@ from sara_common.planar import wrap
 from sara_common.repeatable import cos_sin
 from sara_slam.sonar import arrow_system
 from sara_slam.sonar.sonar_config import SonarConfig
-from sara_slam.sonar.wall_filter import square_off
+from sara_slam.sonar.square_walls import square_off
 
 BAND = 6
 """Unknowns of two poses that follow each other."""
