@@ -82,7 +82,8 @@ NO_DOORWAYS = Doorways(np.empty((0, 2)), np.empty((0, 2)))
 
 def doorways(config: SonarConfig, heard: Heard, walls: Sequence[np.ndarray], spacing: float) -> Doorways:
     """Of walls, each given by its pieces (n, 4), x, y and normal, `spacing` m apart, which hide what is behind them."""
-    gaps = [gap for pieces in walls for gap in _gaps(pieces, spacing)]
+    few, many = math.floor(NARROWEST / spacing), math.ceil(WIDEST / spacing)
+    gaps = [gap for pieces in walls for gap in gaps_of(pieces, spacing, few, many)]
     if not gaps:
         return NO_DOORWAYS
     inside = np.concatenate(gaps)
@@ -100,6 +101,16 @@ def in_order(pieces: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return pieces[order], along[order]
 
 
+def gaps_of(pieces: np.ndarray, spacing: float, few: int, many: int) -> list[np.ndarray]:
+    """(k, 4) each: the pieces, from few to many, that are missing between two of a wall's (n, 4), `spacing` m apart."""
+    if len(pieces) < 2:
+        return []
+    ends, along = in_order(pieces)
+    missing = np.round(np.diff(along) / spacing).astype(int) - 1
+    between = np.flatnonzero((missing >= few) & (missing <= many))
+    return [np.linspace(ends[at], ends[at + 1], missing[at] + 2)[1:-1] for at in between.tolist()]
+
+
 def in_doorway(config: SonarConfig, poses: np.ndarray, pieces: np.ndarray) -> np.ndarray:
     """(n,) whether the robot's middle, at poses (k, 3): x, y, yaw, passed the line of a wall so near to pieces (n, 4)
     of it that no body of that width would have.
@@ -114,14 +125,3 @@ def in_doorway(config: SonarConfig, poses: np.ndarray, pieces: np.ndarray) -> np
         across, along = (off * normal).sum(1), off[:, 1] * normal[:, 0] - off[:, 0] * normal[:, 1]
         found[near[(np.abs(across) < PASSING) & (np.abs(along) < beside)]] = True
     return found
-
-
-def _gaps(pieces, spacing):
-    """(k, 4) each: the pieces that are missing between two of a wall where a doorway may be."""
-    if len(pieces) < 2:
-        return []
-    ends, along = in_order(pieces)
-    missing = np.round(np.diff(along) / spacing).astype(int) - 1
-    few, many = math.floor(NARROWEST / spacing), math.ceil(WIDEST / spacing)
-    between = np.flatnonzero((missing >= few) & (missing <= many))
-    return [np.linspace(ends[at], ends[at + 1], missing[at] + 2)[1:-1] for at in between.tolist()]

@@ -17,7 +17,7 @@ import numpy as np
 
 from sara_common.repeatable import cos_sin
 from sara_nav.maps.map_io import FREE, OCCUPIED, GridMap
-from sara_slam.sonar.doorways import Doorways, doorways, in_doorway, in_order
+from sara_slam.sonar.doorways import Doorways, doorways, gaps_of, in_doorway, in_order
 from sara_slam.sonar.echo_points import other_points
 from sara_slam.sonar.forward_model import (
     GLIMPSES,
@@ -43,9 +43,9 @@ HOLE = 14
 """Pieces of a wall between two that are there, which nobody looked through: they are there, too. No door is so
 narrow.
 """
-WIDE = 40
-"""Pieces of a wall along or across the first one, between two that are there: what readings neither looked through nor
-went through of such a hole is there, too. Slanted ones may be none: two edges are enough for them.
+WIDE = 39
+"""Pieces missing of a wall along or across the first one: what readings neither looked through nor went through of such
+a hole is there, too. Slanted ones may be none: two edges are enough for them.
 """
 CORNER, SQUARE = 0.75, 0.9
 """m from the corner of two walls up to which both are believed to reach it, unless somebody looked through; sine of the
@@ -87,14 +87,7 @@ def wall_pieces(config: SonarConfig, heard: Heard, walls: np.ndarray) -> list[np
     walls = np.concatenate((walls, short))
     found = [_pieces_of(config, heard, wall, span) for wall, span in zip(short.tolist(), spans.tolist())]
     pieces += _that_are_there(config, heard, found, np.concatenate(pieces))
-    before = np.concatenate(pieces)
-    square = np.abs(square_off(walls[:, 0] - walls[0, 0])) <= config.square_gate
-    wide = np.concatenate([_in_wide_holes(of) for of, fits in zip(pieces, square) if fits])
-    wide = wide[~known_free(config, heard, before[:, :2], wide[:, :2])]
-    more = np.concatenate((wide, _to_corners(walls, pieces), *(_ends(of) for of in pieces)))
-    most = np.where(np.arange(len(more)) < len(wide), 0, GLIMPSES)
-    unseen = looked_through(config, heard, more, glances(config, heard, more), before) <= most
-    return [*pieces, more[unseen]]
+    return [*pieces, _going_on(config, heard, walls, pieces)]
 
 
 def _that_are_there(config, heard, found, before):
@@ -112,17 +105,18 @@ def _that_are_there(config, heard, found, before):
     return [of[keep, :4] for of, keep in zip(found, np.split(there, ends))]
 
 
-def _in_wide_holes(pieces):
-    """(n, 4): pieces that a wall has in such holes if they are none."""
-    if not len(pieces):
-        return _NOTHING
-    pieces, along = in_order(pieces)
-    apart = np.round(np.diff(along) / PIECE).astype(int)
-    of = np.flatnonzero((apart > 1) & (apart <= WIDE))
-    steps = np.concatenate([np.empty(0, int), *(np.arange(1, apart[k]) for k in of.tolist())])
-    found = pieces[np.repeat(of, apart[of] - 1)]
-    tangent = np.array((-pieces[0, 3], pieces[0, 2]))
-    return np.hstack((found[:, :2] + PIECE * steps[:, None] * tangent, found[:, 2:]))
+def _going_on(config, heard, walls, pieces):
+    """(n, 4): pieces by which walls go on, through wide holes, to corners and at their ends, where no reading says that
+    they do not.
+    """
+    before = np.concatenate(pieces)
+    square = np.abs(square_off(walls[:, 0] - walls[0, 0])) <= config.square_gate
+    holes = [hole for of, fits in zip(pieces, square) if fits for hole in gaps_of(of, PIECE, 1, WIDE)]
+    wide = np.concatenate((_NOTHING, *holes))
+    wide = wide[~known_free(config, heard, before[:, :2], wide[:, :2])]
+    more = np.concatenate((wide, _to_corners(walls, pieces), *(_ends(of) for of in pieces)))
+    most = np.repeat((0, GLIMPSES), (len(wide), len(more) - len(wide)))
+    return more[looked_through(config, heard, more, glances(config, heard, more), before) <= most]
 
 
 def _ends(pieces):
@@ -147,7 +141,7 @@ def _to_corners(walls, pieces):
     both end within CORNER of it.
     """
     c, s = cos_sin(walls[:, 0])
-    found = [np.empty((0, 4))]
+    found = [_NOTHING]
     for i in range(len(walls)):
         for j in range(len(walls)):
             across = c[i] * s[j] - s[i] * c[j]
