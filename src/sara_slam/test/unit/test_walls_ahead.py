@@ -263,6 +263,17 @@ def test_something_unknown_stands_square_to_the_walls():
     assert len(cells) and np.ptp(cells[:, 1]) < 0.06
 
 
+@pytest.mark.parametrize('y', [0.0, 1.3])
+def test_a_wall_that_a_sensor_does_not_look_at_is_not_what_is_too_near_to_be_measured(y):
+    """It looks along the wall, before it, or behind its line."""
+    slam, x = driven()
+    turned = (x, y, 0.5 * math.pi)
+    front = compose(turned, FRONT)
+    slam, _ = beside([turned] * 3, [-math.inf] * 3, slam, 100.0)
+    cells = occupied(slam.walls_ahead())
+    assert ((np.abs(cells[:, 0] - front[0] + 0.15) < 0.05) & (np.abs(cells[:, 1] - front[1] - 0.1) < 0.05)).any()
+
+
 def test_the_mask_lies_in_the_map():
     slam, _ = driven()
     here = occupied(slam.walls_ahead())

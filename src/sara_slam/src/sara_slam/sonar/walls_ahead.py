@@ -99,7 +99,7 @@ class WallsAhead:
         _, last, _ = self._heard.get(name, (0.0, -1, mount))
         nearest = self._config.range_min_range
         if distance < nearest:
-            if last >= 0 and ahead[last] < TOO_NEAR * nearest:
+            if last >= 0 and 0.0 < ahead[last] < TOO_NEAR * nearest and steep[last] <= self._config.steepest:
                 self._heard[name] = stamp, last, mount
             elif abs(math.sin(mount[2])) >= ASIDE:
                 self._too_near[name] = stamp, self._beside(name, mount)
