@@ -15,6 +15,7 @@ from sara_nav.grids.grid import FREE, LETHAL, UNKNOWN, Grid, GridGeometry
 from sara_nav.lattice.config import LatticePlannerConfig
 from sara_nav.lattice.planner import LatticePlanner
 from sara_slam.exploring import survey as survey_module
+from sara_slam.exploring import tried_places
 from sara_slam.exploring.cones import (
     FREE_CELL,
     RAYS,
@@ -29,7 +30,7 @@ from sara_slam.exploring.explorer import Explorer
 from sara_slam.exploring.frontiers import frontiers
 from sara_slam.exploring.ground import with_obstacles
 from sara_slam.exploring.orders import Drive, State
-from sara_slam.exploring.survey import AGAIN, Survey
+from sara_slam.exploring.survey import AGAIN, MISFITS, Survey
 from sara_slam.exploring.wall_normals import normals
 
 CONE = math.radians(60.0)
@@ -172,8 +173,8 @@ def test_where_no_way_home_is_known_ways_count_as_they_are():
 
 
 def test_what_could_not_be_reached_is_tried_again_a_few_times_when_nothing_else_is_left(monkeypatch):
-    monkeypatch.setattr(survey_module, 'SAME_M', 99.0)  # whatever was tried, all places are near it
-    monkeypatch.setattr(survey_module, 'SAME_RAD', 99.0)
+    monkeypatch.setattr(tried_places, 'SAME_M', 99.0)  # whatever was tried, all places are near it
+    monkeypatch.setattr(tried_places, 'SAME_RAD', 99.0)
     found = survey()
     found.on_costmap(hall(), [])
     first = found.choose(planner(), FOOTPRINT, START, False)
@@ -275,8 +276,22 @@ def test_a_place_that_no_plan_leads_to_or_that_was_tried_is_not_told_again():
     first = found.choose(planner(), FOOTPRINT, START, False)
     found.tried(first, False)
     second = found.choose(planner(), FOOTPRINT, START, False)
-    turn = abs(math.remainder(second.pose.yaw - first.pose.yaw, 2.0 * math.pi))
-    assert second.pose.distance(first.pose) >= 0.3 or turn >= 0.4
+    assert second.pose.distance(first.pose) >= 0.3
+
+
+def test_a_place_that_was_reached_counts_as_tried_for_its_heading_alone():
+    tried, poses = tried_places.TriedPlaces(), np.array([(1.0, 2.0, 0.1), (1.0, 2.0, 2.0), (1.5, 2.0, 0.0)])
+    assert not tried.hold(poses).any()
+    tried.add(Pose2D(1.1, 2.0, 0.0), True)
+    assert tried.hold(poses).tolist() == [True, False, False]
+    tried.add(Pose2D(1.1, 2.0, 2.0), False)
+    assert tried.hold(poses).tolist() == [True, True, False]
+    tried.clear_unreached()
+    assert tried.hold(poses).tolist() == [True, False, False]
+    tried.add(Pose2D(1.1, 2.0, -3.0), False, turned=True)
+    assert tried.hold(poses).tolist() == [True, True, False]
+    tried.clear()
+    assert not tried.hold(poses).any()
 
 
 def barred(ground, place):
@@ -296,8 +311,13 @@ def test_it_drives_to_where_move_base_knows_of_no_obstacle_and_leaves_for_elsewh
     found.on_obstacles(barred(hall(), (5.5, 3.5)))
     assert found.choose(planner(), FOOTPRINT, START, False).pose == first.pose and found.stays(first)
     there = barred(hall(), first.pose[:2])
+    for _ in range(3):  # what is drawn on there for a moment does not count
+        found.on_obstacles(there)
+        assert all(found.stays(first) for _ in range(MISFITS - 1))
+        found.on_obstacles(hall())
+        assert found.stays(first)
     found.on_obstacles(there)
-    assert not found.stays(first)
+    assert [found.stays(first) for _ in range(MISFITS)] == [True] * (MISFITS - 1) + [False]
     second = found.choose(planner(), FOOTPRINT, START, False)
     assert second.pose != first.pose and found.stays(second)
     assert not LocalWorld(there, FOOTPRINT, False).collides(second.pose)

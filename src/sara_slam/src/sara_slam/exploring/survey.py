@@ -15,7 +15,7 @@ from dataclasses import replace
 import numpy as np
 from scipy.ndimage import binary_dilation, maximum_filter
 
-from sara_common.planar import Pose2D, is_apart, wrap
+from sara_common.planar import Pose2D, is_apart
 from sara_nav.costmaps.costmap import Costmap, freed
 from sara_nav.grids.collision import LocalWorld
 from sara_nav.grids.grid import INSCRIBED, UNKNOWN
@@ -35,6 +35,7 @@ from sara_slam.exploring.cones import (
 from sara_slam.exploring.frontiers import Frontier, cells_of
 from sara_slam.exploring.ground import filled, large_patches, paste, with_obstacles
 from sara_slam.exploring.pace import Pace
+from sara_slam.exploring.tried_places import TriedPlaces
 from sara_slam.exploring.viewpoints import Surroundings
 from sara_slam.exploring.wall_normals import normals
 
@@ -74,8 +75,8 @@ PATCH = 0.2
 """m: unknown patches smaller than a square of this are none."""
 FAR = 0.4
 """m from a sensor that a wall behind a border is at least: the border is where the map ends."""
-SAME_M, SAME_RAD = 0.3, 0.4
-"""Between poses that have been driven to and one that is."""
+MISFITS = 3
+"""Looks in a row at which the robot does not fit in a place until that is left: walls are drawn on for a moment."""
 
 
 class Survey:
@@ -90,7 +91,7 @@ class Survey:
         self._free_margin = free_margin
         self._reach = float(reach)
         self._sensors = np.empty((0, 4))
-        self._tried: list[tuple[Pose2D, bool]] = []  # and whether it was reached
+        self._tried = TriedPlaces()
         self._rounds, self._looks = ROUNDS, LOOKS
         self._frontiers: Sequence[Frontier] = ()
         self._last: Pose2D | None = None
@@ -102,7 +103,7 @@ class Survey:
         self._trail: list[tuple[float, float]] = []
         self._passed, self._looked, self._farther = np.zeros((1, 1), bool), 0, FARTHER
         self._home: Pose2D | None = None  # where the way home counts
-        self._chosen = 0.0
+        self._chosen, self._misfits = 0.0, 0
 
     def add_sensor(self, mount: Sequence[float], field_of_view: float) -> None:
         """One that sits at a mount (x, y, yaw; m, rad) on the robot and has a cone as wide as field_of_view, rad."""
@@ -123,7 +124,7 @@ class Survey:
         """Nobody drives there once more; what could not be reached is tried again when nothing else is left, in ROUNDS
         since something was reached.
         """
-        self._tried.append((choice.pose, reached))
+        self._tried.add(choice.pose, reached, turned=not reached)
         self._rounds = ROUNDS if reached else self._rounds
 
     def looks_again(self) -> bool:
@@ -204,7 +205,8 @@ class Survey:
 
     def stays(self, choice: Choice) -> bool:
         """Whether enough is expected still of what was expected of a place when it was chosen, and the robot fits."""
-        return self._sum(choice.frontier) >= LEFT * self._chosen and self._fits(choice.pose)
+        self._misfits = 0 if self._fits(choice.pose) else self._misfits + 1
+        return self._misfits < MISFITS and self._sum(choice.frontier) >= LEFT * self._chosen
 
     def _fits(self, pose):
         """Whether the footprint touches none of move_base's obstacles at a pose."""
@@ -243,9 +245,7 @@ class Survey:
         longer = ways if self._home is None else self._detours(ground, start, stands, ways)
         seconds = PACE.seconds_to(stands, longer, start, THERE)
         rate = np.where((gain >= LEAST) & (seconds <= left), worth / seconds, 0.0)
-        for pose, _ in self._tried:
-            off = np.hypot(stands[:, 0] - pose.x, stands[:, 1] - pose.y)
-            rate[(off < SAME_M) & (np.abs(wrap(stands[:, 2] - pose.yaw)) < SAME_RAD)] = 0.0
+        rate[self._tried.hold(stands)] = 0.0
         if not (rate > 0.0).any():
             return self._again(planner, footprint, start) if self._rounds and not under_way else None
         for k in np.argsort(-rate, kind='stable')[:TRIES].tolist():
@@ -255,10 +255,10 @@ class Survey:
             try:
                 planner.plan(ground, start, pose)
             except PlanError:
-                self._tried.append((pose, False))
+                self._tried.add(pose, False)
                 continue
             frontier = self._frontier(places[k], expected, float(gain[k]))
-            self._chosen = self._sum(frontier)
+            self._chosen, self._misfits = self._sum(frontier), 0
             return Choice(frontier, pose, -float(rate[k]))
         return None
 
@@ -271,7 +271,7 @@ class Survey:
     def _again(self, planner, footprint, start):
         """As choose, of what could not be reached."""
         self._rounds -= 1
-        self._tried = [entry for entry in self._tried if entry[1]]
+        self._tried.clear_unreached()
         return self.choose(planner, footprint, start, False)
 
     def _has_passed(self):
