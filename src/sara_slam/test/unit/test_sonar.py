@@ -254,6 +254,22 @@ def test_short_walls_that_agree_outweigh_two_edges_that_came_first():
     assert known.add((room[0], -1.0), sharp, (-0.4, 0.5)) == 3 and known.square[3]
 
 
+def test_a_wall_that_was_off_by_more_than_its_error_is_held_square_once_it_is_not():
+    known, sharp = WallFilter(SonarConfig()), np.diag([1e-6, 1e-6])
+    known.add((math.radians(-25.0), -0.9), sharp, (-1.0, 1.0))
+    assert known.add((math.radians(65.8), -0.9), sharp, (-1.0, 1.0)) == 1 and not known.square[1] and known.believed[1]
+    for _ in range(20):  # heard again, as the heading is known better
+        assert known.add((math.radians(65.0), -0.9), 25.0 * sharp, (-1.0, 1.0)) == 1
+    assert known.square[1]
+
+
+@pytest.mark.parametrize('heard, on', [(1.2, 0.35), (2.0, 0.5)])
+def test_long_walls_go_on_farther(heard, on):
+    along = np.arange(0.0, heard, 0.05)
+    pieces = wall_pieces(SonarConfig(), side(along), np.array([[-0.5 * math.pi, -1.0]]))
+    assert pieces[:, 0].max() == pytest.approx(along[-1] + on, abs=0.06)
+
+
 def test_a_short_slanting_wall_is_none():
     known = a_filter()
     assert known.add((math.radians(-50.0), -0.9), np.diag([1e-4, 1e-4]), (-0.3, 0.3)) == -1
@@ -474,7 +490,7 @@ def test_a_wide_hole_of_which_nobody_knows_anything_is_wall(wide, more, known):
     of = pieces[np.abs(pieces[:, 1] - 1.0) < 0.03]
     gap = np.diff(np.sort(of[:, 0])).max()
     assert gap > 0.35 if known else gap < 0.06
-    assert 1.0 + wide < of[:, 0].max() < 2.4 + wide
+    assert 1.0 + wide < of[:, 0].max() < 2.05 + wide + evidence_grid.LONG_GOES_ON * evidence_grid.PIECE
 
 
 def test_a_wide_hole_of_a_slanted_wall_stays():

@@ -53,6 +53,8 @@ angle between such walls at least.
 """
 GOES_ON = HOLE // 2
 """Pieces by which a wall goes on beyond what was heard of it: two that do so close such a hole."""
+LONG, LONG_GOES_ON = 30, 10
+"""Pieces of a wall that is longer than most furniture, and by which it goes on."""
 NEAR_FEET = 0.6
 """m along a wall from the nearest foot of a sensor up to which an echo may be of it."""
 _NOTHING = np.empty((0, 4))
@@ -127,9 +129,10 @@ def _ends(pieces):
     tangent = np.array((-pieces[0, 3], pieces[0, 2]))
     breaks = np.flatnonzero(np.diff(along) > 1.5 * PIECE)
     low, high = np.r_[0, breaks + 1], np.r_[breaks, len(pieces) - 1]
-    steps = np.arange(1, GOES_ON + 1) * PIECE
+    more = GOES_ON if len(pieces) < LONG else LONG_GOES_ON
+    steps = np.arange(1, more + 1) * PIECE
     found = [
-        np.hstack((pieces[end, :2] + sign * steps[:, None] * tangent, np.tile(pieces[end, 2:], (GOES_ON, 1))))
+        np.hstack((pieces[end, :2] + sign * steps[:, None] * tangent, np.tile(pieces[end, 2:], (more, 1))))
         for ends, sign in ((low, -1.0), (high, 1.0))
         for end in ends.tolist()
     ]

@@ -177,7 +177,6 @@ class WallFilter:
         self.x, self.P = np.append(self.x, (theta, rho)), P
         self.spans, self.square = np.vstack((self.spans, span)), np.append(self.square, False)
         newest = len(self.spans) - 1
-        self.square[newest] = newest > 0 and self._held(newest)
         self._refer()
         if not self.believed[newest]:
             self._leave_out_newest()
@@ -212,24 +211,29 @@ class WallFilter:
         return wall
 
     def _refer(self):
-        """Hold walls square to another one where SLANTING more has been seen of the walls about square to that. Of one
-        in other directions than the reference's the short ones count, too, that were left out: two edges that are
-        square to each other by chance may have come first.
-        """
+        """Hold the walls that are about square to the reference, which may be another one now."""
         theta, gate = self.walls[:, 0], self.config.square_gate
         alike = np.abs(square_off(theta - theta[:, None])) <= gate
+        most = self._most_seen(alike)
+        if most != self.reference:
+            self.reference = most
+            self.square[:] = False
+        for wall in np.flatnonzero(alike[most] & ~self.square).tolist():  # some were not so sure before
+            self.square[wall] = wall != most and self._held(wall)
+
+    def _most_seen(self, alike):
+        """The reference: another one where SLANTING more has been seen of the walls about square to that. Of one in
+        other directions than the reference's the short ones count, too, that were left out: two edges that are square
+        to each other by chance may have come first.
+        """
         seen = times(alike, self._lengths())
         most = int(np.argmax(seen))
-        if seen[most] <= seen[self.reference] + SLANTING:
-            others = np.array(self._others).reshape(-1, 4)
-            seen += times(np.abs(square_off(others[:, 0] - theta[:, None])) <= gate, others[:, 3] - others[:, 2])
-            most = int(np.argmax(np.where(alike[self.reference], 0.0, seen)))
-            if seen[most] <= seen[self.reference] + SLANTING:
-                return
-        self.reference = most
-        self.square[:] = False
-        for wall in np.flatnonzero(alike[most]).tolist():
-            self.square[wall] = wall != most and self._held(wall)
+        if seen[most] > seen[self.reference] + SLANTING:
+            return most
+        theta, gate, others = self.walls[:, 0], self.config.square_gate, np.array(self._others).reshape(-1, 4)
+        seen += times(np.abs(square_off(others[:, 0] - theta[:, None])) <= gate, others[:, 3] - others[:, 2])
+        most = int(np.argmax(np.where(alike[self.reference], 0.0, seen)))
+        return most if seen[most] > seen[self.reference] + SLANTING else self.reference
 
     def _held(self, number):
         """Whether a wall is about square to the reference, or parallel; then it is held so."""
