@@ -214,11 +214,12 @@ class WallFilter:
         """Hold the walls that are about square to the reference, which may be another one now."""
         theta, gate = self.walls[:, 0], self.config.square_gate
         alike = np.abs(square_off(theta - theta[:, None])) <= gate
-        most = self._most_seen(alike)
+        most, asked = self._most_seen(alike), self.believed  # of those some were not so sure before
+        asked[-1] = True
         if most != self.reference:
             self.reference = most
-            self.square[:] = False
-        for wall in np.flatnonzero(alike[most] & ~self.square).tolist():  # some were not so sure before
+            self.square[:], asked[:] = False, True
+        for wall in np.flatnonzero(alike[most] & asked & ~self.square).tolist():
             self.square[wall] = wall != most and self._held(wall)
 
     def _most_seen(self, alike):
