@@ -211,10 +211,12 @@ class WallFilter:
         return wall
 
     def _refer(self):
-        """Hold the walls that are about square to the reference, which may be another one now."""
+        """Hold the walls that are about square to the reference, which may be another one now. Those that are believed
+        are asked again each time, for the heading is known better then, and the newest one; all are by a new reference.
+        """
         theta, gate = self.walls[:, 0], self.config.square_gate
         alike = np.abs(square_off(theta - theta[:, None])) <= gate
-        most, asked = self._most_seen(alike), self.believed  # of those some were not so sure before
+        most, asked = self._most_seen(alike), self.believed
         asked[-1] = True
         if most != self.reference:
             self.reference = most
