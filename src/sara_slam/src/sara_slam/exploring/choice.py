@@ -57,7 +57,7 @@ class Chooser(Protocol):
         """
 
     def stays(self, choice: Choice) -> bool:
-        """Whether what was chosen is still to be driven to."""
+        """Whether what was chosen is still to be driven to. To be asked at each look on the way there."""
 
     def tried(self, choice: Choice, reached: bool) -> None:
         """The robot has looked from there, or could not get there."""
