@@ -24,6 +24,7 @@ from sara_slam.exploring.cones import (
     Cells,
     borders_heard,
     mark_seen,
+    strides,
 )
 from sara_slam.exploring.explore_config import ExploreConfig
 from sara_slam.exploring.explorer import Explorer
@@ -49,7 +50,8 @@ AROUND = [(x, y, yaw) for x, y, yaw in ((0.4, 0.0, 0.0), (0.0, 0.3, 1.57), (0.0,
 def heard(kinds, sensor, farthest=1.5):
     """Indices of the cells (row, column) of borders that a sensor (x, y, axis) hears; the borders' normal is -x."""
     kinds = np.array(kinds, np.uint8)
-    cells = Cells(kinds, -np.ones(kinds.shape, np.float32), np.zeros(kinds.shape, np.float32), Grid(0.0, 0.0, CELL))
+    toward, aside = -np.ones(kinds.shape, np.float32), np.zeros(kinds.shape, np.float32)
+    cells = Cells(kinds, toward, aside, strides(kinds), Grid(0.0, 0.0, CELL))
     places, far = np.empty((1, RAYS), np.int32), np.empty((1, RAYS), np.float32)
     borders_heard(cells, np.array([[*sensor, 0.5 * CONE]]), farthest, places, far)
     return sorted({divmod(int(place), kinds.shape[1]) for place in places[places >= 0]})
@@ -108,15 +110,32 @@ def test_a_wall_that_is_nearer_in_the_cone_is_heard_instead():
     assert heard(kinds, (0.1, 1.5, 0.0))
 
 
+@pytest.mark.parametrize('seed', range(3))
+def test_rays_hear_the_same_borders_in_long_strides_through_free_space(seed):
+    random = np.random.default_rng(seed)
+    kinds, angles = np.full((80, 80), FREE_CELL, np.uint8), random.uniform(-math.pi, math.pi, (80, 80))
+    for kind in (WALL_CELL, UNKNOWN_CELL):
+        rows, columns = random.integers(0, 80, (2, 40))
+        kinds[rows, columns] = kind
+    sensors = np.column_stack((random.uniform(0.0, 4.0, (999, 2)), random.uniform(-4.0, 4.0, 999), np.full(999, 0.5)))
+    far_apart, found = strides(kinds), []
+    for steps in (np.ones_like(far_apart), far_apart):
+        cells = Cells(kinds, *(of(angles).astype(np.float32) for of in (np.cos, np.sin)), steps, Grid(0.0, 0.0, CELL))
+        found.append((np.empty((999, RAYS), np.int32), np.empty((999, RAYS), np.float32)))
+        borders_heard(cells, sensors, 2.0, *found[-1])
+    assert far_apart.max() > 4 and (found[0][0] >= 0).sum() > 30
+    assert all(np.array_equal(one, other) for one, other in zip(*found))
+
+
 def test_what_is_in_sight_ends_at_walls_at_the_unknown_and_where_it_is_far():
     kinds = np.full((60, 60), FREE_CELL, np.uint8)
     kinds[:, 40:] = UNKNOWN_CELL
     kinds[20:40, 20] = WALL_CELL
     seen, flat = np.zeros(kinds.shape, bool), np.zeros(kinds.shape, np.float32)
-    mark_seen(Cells(kinds, flat, flat, Grid(0.0, 0.0, CELL)), np.array([[0.5, 1.5]]), 1.0, seen)
+    mark_seen(Cells(kinds, flat, flat, strides(kinds), Grid(0.0, 0.0, CELL)), np.array([[0.5, 1.5]]), 1.0, seen)
     assert seen[30, 10:20].all() and not seen[30, 20:].any()  # before and behind a wall
     assert seen[12:48, 10].all() and not seen[8, 10] and not seen[52, 10]  # 1.0 m
-    mark_seen(Cells(kinds, flat, flat, Grid(0.0, 0.0, CELL)), np.array([[1.5, 1.5]]), 2.0, seen)
+    mark_seen(Cells(kinds, flat, flat, strides(kinds), Grid(0.0, 0.0, CELL)), np.array([[1.5, 1.5]]), 2.0, seen)
     assert seen[30, 21:40].all() and not seen[:, 40:].any()
 
 

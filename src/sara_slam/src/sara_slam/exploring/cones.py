@@ -10,6 +10,7 @@ import math
 from typing import NamedTuple
 
 import numpy as np
+from scipy.ndimage import distance_transform_edt
 
 from ahead_of_time import kernel
 from sara_common.repeatable import cos_sin
@@ -24,17 +25,28 @@ SQUARELY = math.cos(0.4)
 STEEPEST = math.cos(math.radians(60.0))
 """Between a cone's axis and the normal of a wall that still answers."""
 FREE_CELL, WALL_CELL, UNKNOWN_CELL = 0, 1, 2
+STEP = 0.5
+"""Cells from one place that is looked at to the next one on a ray."""
 
 
 class Cells(NamedTuple):
-    """Of a map: uint8 (rows, columns) FREE_CELL and so on, and the unit normals of borders, float32 each, to the free
-    side.
+    """Of a map: uint8 (rows, columns) FREE_CELL and so on; the unit normals of borders, float32 each, to the free side;
+    and its `strides`.
     """
 
     kinds: np.ndarray
     normal_x: np.ndarray
     normal_y: np.ndarray
+    strides: np.ndarray
     grid: Grid
+
+
+def strides(kinds: np.ndarray) -> np.ndarray:
+    """int32 (rows, columns): how many STEPs from anywhere in a cell, whatever the way, surely lead through free cells
+    alone and end in one; 1 where none do.
+    """
+    off = distance_transform_edt(np.pad(kinds == FREE_CELL, 1))[1:-1, 1:-1]  # beyond the map nothing is free
+    return np.maximum(np.ceil((off - math.sqrt(2.0)) / STEP) - 1.0, 1.0).astype(np.int32)
 
 
 @kernel
@@ -45,8 +57,7 @@ def borders_heard(cells: Cells, sensors: np.ndarray, reach: float, places: np.nd
     """
     rows, columns = cells.kinds.shape
     g = cells.grid
-    step = 0.5
-    most = int(reach / (g.resolution * step))
+    most = int(reach / (g.resolution * STEP))
     for n in range(len(sensors)):
         x = (sensors[n, 0] - g.origin_x) / g.resolution
         y = (sensors[n, 1] - g.origin_y) / g.resolution
@@ -58,19 +69,21 @@ def borders_heard(cells: Cells, sensors: np.ndarray, reach: float, places: np.nd
             dx, dy = math.cos(angle), math.sin(angle)
             places[n, ray] = -1
             far[n, ray] = 0.0
-            last = -1
-            for k in range(most + 1):
-                column = int(math.floor(x + k * step * dx))
-                row = int(math.floor(y + k * step * dy))
+            last, k = -1, 0
+            while k <= most:
+                column = int(math.floor(x + k * STEP * dx))
+                row = int(math.floor(y + k * STEP * dy))
                 if column < 0 or row < 0 or column >= columns or row >= rows:
                     break
                 kind = cells.kinds[row, column]
                 if kind == FREE_CELL:
                     last = row * columns + column
+                    k += cells.strides[row, column]
                     continue
                 if last < 0:
+                    k += 1
                     continue  # the sensor sits in what is not known yet
-                distance = k * step * g.resolution
+                distance = k * STEP * g.resolution
                 if kind == WALL_CELL:
                     facing = -(ax * cells.normal_x[row, column] + ay * cells.normal_y[row, column])
                     if facing > STEEPEST and distance < echo:
@@ -118,7 +131,8 @@ def sensors_at(poses: np.ndarray, mounts: np.ndarray) -> np.ndarray:
 def warm() -> None:
     """Compile, or load from the cache, the kernels for the types they are called with."""
     flat = np.zeros((3, 3), np.float32)
-    cells = Cells(np.zeros((3, 3), np.uint8), flat, flat, Grid(0.0, 0.0, 1.0))
+    kinds = np.zeros((3, 3), np.uint8)
+    cells = Cells(kinds, flat, flat, strides(kinds), Grid(0.0, 0.0, 1.0))
     places, far = np.empty((1, RAYS), np.int32), np.empty((1, RAYS), np.float32)
     borders_heard(cells, np.zeros((1, 4)), 1.5, places, far)
     mark_seen(cells, np.zeros((1, 2)), 1.0, np.zeros((3, 3), np.bool_))

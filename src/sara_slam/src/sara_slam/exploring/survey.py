@@ -26,7 +26,6 @@ from sara_slam.exploring.cones import (
     RAYS,
     UNKNOWN_CELL,
     WALL_CELL,
-    Cells,
     borders_heard,
     mark_seen,
     sensors_at,
@@ -37,7 +36,7 @@ from sara_slam.exploring.ground import filled, large_patches, paste, with_obstac
 from sara_slam.exploring.pace import Pace
 from sara_slam.exploring.tried_places import TriedPlaces
 from sara_slam.exploring.viewpoints import Surroundings
-from sara_slam.exploring.wall_normals import normals
+from sara_slam.exploring.wall_normals import with_normals
 
 EVERY, HEADINGS = 4, 16
 """Cells between places where the robot may stand, and its headings there."""
@@ -155,7 +154,7 @@ class Survey:
         kinds = np.full(costs.shape, FREE_CELL, np.uint8)
         kinds[(costs >= INSCRIBED) & (costs != UNKNOWN)] = WALL_CELL
         kinds[unknown] = UNKNOWN_CELL
-        self._cells = Cells(kinds, *normals(kinds), g.grid)
+        self._cells = with_normals(kinds, g.grid)
         self._border = (kinds == FREE_CELL) & binary_dilation(unknown)
         corner = round(g.origin_x / g.resolution), round(g.origin_y / g.resolution)
         faced = np.zeros(costs.shape, np.uint8)

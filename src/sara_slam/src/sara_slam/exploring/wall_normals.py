@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 from scipy.ndimage import gaussian_filter
 
-from sara_slam.exploring.cones import FREE_CELL, WALL_CELL
+from sara_nav.grids.grid import Grid
+from sara_slam.exploring.cones import FREE_CELL, WALL_CELL, Cells, strides
 from sara_slam.sonar.square_walls import heading_of, squared
 
 SMOOTH = 2.0
@@ -14,6 +15,11 @@ ENOUGH, SQUARE = 60, 0.4
 """Cells of walls, and size of their heading_of for each weight, from which on they are those of a building with walls
 square to each other.
 """
+
+
+def with_normals(kinds: np.ndarray, grid: Grid) -> Cells:
+    """The Cells of a map, uint8 (rows, columns) FREE_CELL and so on."""
+    return Cells(kinds, *normals(kinds), strides(kinds), grid)
 
 
 def normals(kinds: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -28,6 +28,8 @@ SIDE = 0.12
 """m from a sensor, or from what it may hear, from which on a wall hides that."""
 SLACK = 1e-6
 """m that are looked at beyond a cone's ends, which are rounded."""
+STRIP = 0.25
+"""m: width of the strips in which pieces are looked for."""
 INSIDE = 0.02
 """m inside the body's outline, where nothing can stand although poses are a little off."""
 
@@ -69,45 +71,78 @@ def glances(config: SonarConfig, heard: Heard, pieces: np.ndarray) -> Glances:
     """Of pieces (n, 4 or more); a normal of 0, 0 answers all round."""
     half, steepest = 0.5 * config.field_of_view - EDGE, math.cos(config.steepest - EDGE)
     reach = np.minimum(heard.ranges, config.range_max_range) - NEARER
-    order = np.argsort(pieces[:, 0], kind='stable')
-    piece, reading = _glances(heard.sensors, reach, np.ascontiguousarray(pieces[order, :4]), half, steepest)
+    strips, order = _strips(pieces)
+    piece, reading = _glances(heard.sensors, reach, strips, half, steepest)
     return Glances(order[piece], reading)
 
 
-@kernel
-def _within(x, axis, half, reach, sorted_x):
-    """The first number of sorted_x, and that after the last, to which a cone at x reaches, `half` to both sides of an
-    axis, rad.
+class Strips(NamedTuple):
+    """Pieces (n, 4), strip by strip along y, and in the order of their y in each. begins (k + 1,): numbers of the first
+    one of each strip, and n; x: m, where the first strip begins.
     """
+
+    pieces: np.ndarray
+    begins: np.ndarray
+    x: float
+
+
+def _strips(pieces):
+    """The Strips of pieces (n, 4 or more), and their numbers (n,) there."""
+    x = float(pieces[:, 0].min()) if len(pieces) else 0.0
+    strip = np.floor((pieces[:, 0] - x) / STRIP).astype(np.int64)
+    order = np.lexsort((pieces[:, 1], strip))
+    begins = np.searchsorted(strip[order], np.arange(strip.max(initial=-1) + 2))
+    return Strips(np.ascontiguousarray(pieces[order, :4]), begins, x), order
+
+
+@kernel
+def _span(at, axis, half, reach):
+    """From where to where on an axis of coordinates a cone reaches that begins `at` one; axis: rad from that one."""
     one, other, widest = math.cos(axis - half), math.cos(axis + half), math.cos(half)
     low = -1.0 if -math.cos(axis) >= widest else min(0.0, one, other)
     high = 1.0 if math.cos(axis) >= widest else max(0.0, one, other)
-    return np.searchsorted(sorted_x, x + reach * low - SLACK), np.searchsorted(sorted_x, x + reach * high + SLACK)
+    return at + reach * low - SLACK, at + reach * high + SLACK
 
 
 @kernel
-def _glances(sensors, reach, pieces, half, steepest):
-    """Numbers (k,) of pieces, which are in the order of their x, and of readings, in the order of those."""
-    found, count, sorted_x = np.empty((2, 1024), np.int64), 0, pieces[:, 0].copy()
+def _strips_between(strips, low, high):
+    """The first strip, and that after the last, that have something of x from low to high."""
+    last = min(math.floor((high - strips.x) / STRIP), len(strips.begins) - 2.0)
+    return int(max(math.floor((low - strips.x) / STRIP), 0.0)), int(max(last, -1.0)) + 1
+
+
+@kernel
+def _between(strips, strip, low, high):
+    """The first piece of a strip, and that after the last, whose y is from low to high."""
+    begin, end = strips.begins[strip], strips.begins[strip + 1]
+    y = strips.pieces[begin:end, 1]
+    return begin + np.searchsorted(y, low), begin + np.searchsorted(y, high)
+
+
+@kernel
+def _glances(sensors, reach, strips, half, steepest):
+    """Numbers (k,) of pieces in their strips, and of readings, in the order of those."""
+    found, count = np.empty((2, 1024), np.int64), 0
     for reading in range(len(sensors)):
         if reach[reading] <= 0.1:
             continue
         x, y, axis = sensors[reading]
         c, s = math.cos(axis), math.sin(axis)
         most = reach[reading] ** 2
-        first, last = _within(x, axis, half, reach[reading], sorted_x)
-        for piece in range(first, last):
-            px, py, nx, ny = pieces[piece]
-            if (px - x) ** 2 + (py - y) ** 2 > most or not (-(nx * c + ny * s) > steepest or nx == ny == 0.0):
-                continue
-            if _off_axis(px - x, py - y, axis) >= half:
-                continue
-            if count == found.shape[1]:
-                more = np.empty((2, 2 * count), np.int64)
-                more[:, :count] = found
-                found = more
-            found[0, count], found[1, count] = piece, reading
-            count += 1
+        low, high = _span(y, axis - 0.5 * math.pi, half, reach[reading])
+        for strip in range(*_strips_between(strips, *_span(x, axis, half, reach[reading]))):
+            for piece in range(*_between(strips, strip, low, high)):
+                px, py, nx, ny = strips.pieces[piece]
+                if (px - x) ** 2 + (py - y) ** 2 > most or not (-(nx * c + ny * s) > steepest or nx == ny == 0.0):
+                    continue
+                if _off_axis(px - x, py - y, axis) >= half:
+                    continue
+                if count == found.shape[1]:
+                    more = np.empty((2, 2 * count), np.int64)
+                    more[:, :count] = found
+                    found = more
+                found[0, count], found[1, count] = piece, reading
+                count += 1
     return found[0, :count].copy(), found[1, :count].copy()
 
 
@@ -175,29 +210,30 @@ def unexplained(config: SonarConfig, heard: Heard, pieces: np.ndarray) -> Heard:
     """The echoes that no piece of a wall accounts for."""
     rest = (heard.ranges >= config.range_min_range) & (heard.ranges <= config.range_max_range)
     half, steepest = 0.5 * config.field_of_view + EDGE, math.cos(config.steepest + EDGE)
-    order = np.argsort(pieces[:, 0], kind='stable')
-    _explain(heard.sensors, heard.ranges, pieces[order], half, steepest, rest)
+    _explain(heard.sensors, heard.ranges, _strips(pieces)[0], half, steepest, rest)
     return Heard(heard.sensors[rest], heard.ranges[rest])
 
 
 @kernel
-def _explain(sensors, ranges, pieces, half, steepest, rest):
-    """Put False into rest (n,) where a reading is of a piece; those are in the order of their x."""
-    sorted_x = pieces[:, 0].copy()
+def _explain(sensors, ranges, strips, half, steepest, rest):
+    """Put False into rest (n,) where a reading is of a piece."""
     for reading in range(len(sensors)):
         if not rest[reading]:
             continue
         x, y, axis = sensors[reading]
         c, s = math.cos(axis), math.sin(axis)
         nearest, most = max(ranges[reading] - NEARER, 0.0) ** 2, (ranges[reading] + NEARER) ** 2
-        first, last = _within(x, axis, half, ranges[reading] + NEARER, sorted_x)
-        for piece in range(first, last):
-            px, py, nx, ny = pieces[piece]
-            far = (px - x) ** 2 + (py - y) ** 2
-            if far <= nearest or far >= most or -(nx * c + ny * s) <= steepest:
-                continue
-            if _off_axis(px - x, py - y, axis) < half:
-                rest[reading] = False
+        low, high = _span(y, axis - 0.5 * math.pi, half, ranges[reading] + NEARER)
+        for strip in range(*_strips_between(strips, *_span(x, axis, half, ranges[reading] + NEARER))):
+            for piece in range(*_between(strips, strip, low, high)):
+                px, py, nx, ny = strips.pieces[piece]
+                far = (px - x) ** 2 + (py - y) ** 2
+                if far <= nearest or far >= most or -(nx * c + ny * s) <= steepest:
+                    continue
+                if _off_axis(px - x, py - y, axis) < half:
+                    rest[reading] = False
+                    break
+            if not rest[reading]:
                 break
 
 
@@ -219,6 +255,6 @@ def warm() -> None:
     """Compile, or load from the cache, the kernels for the types they are called with."""
     one = np.zeros((1, 2))
     _hidden(np.zeros((1, 1), bool), one, one, Steps(0.05, 0, 0, np.zeros(1)), np.ones(1, bool))
-    sensors, pieces = np.zeros((1, 3)), np.zeros((1, 4))
-    _glances(sensors, np.ones(1), pieces, 0.5, 0.5)
-    _explain(sensors, np.ones(1), pieces, 0.5, 0.5, np.ones(1, bool))
+    sensors, (strips, _) = np.zeros((1, 3)), _strips(np.zeros((1, 4)))
+    _glances(sensors, np.ones(1), strips, 0.5, 0.5)
+    _explain(sensors, np.ones(1), strips, 0.5, 0.5, np.ones(1, bool))
