@@ -47,14 +47,22 @@ class Doorways(NamedTuple):
         along, across = self._off(places)
         return ((along < 0.5 * WIDE) & (along > 0.5 * POST * WIDE) & (across < DEEP)).any(1)
 
-    def have_post_at(self, place: np.ndarray, toward: np.ndarray) -> bool:
-        """Whether a place (2,), m, is where a doorway's post may stand, for a robot that drives toward (2,): before the
-        wall's line, or in a wall as thick as most are.
+    def with_post_at(self, place: np.ndarray, toward: np.ndarray) -> Doorways:
+        """Those of which a post may stand at a place (2,), m, for a robot that drives toward (2,): before the wall's
+        line, or in a wall as thick as most are.
         """
         along, across = self._off(place[None])
         (dx, dy), (ox, oy), (tx, ty) = toward, (self.middles - place).T, self.tangents.T
         deep = np.where((dx * ty - dy * tx) * (ox * ty - oy * tx) > 0.0, POST_DEEP, DEEP)
-        return bool(((along > 0.5 * NARROWEST) & (along < 0.5 * WIDEST) & (across < deep)).any())
+        posts = ((along > 0.5 * NARROWEST) & (along < 0.5 * WIDEST) & (across < deep))[0]
+        return Doorways(self.middles[posts], self.tangents[posts])
+
+    def behind_posts(self, places: np.ndarray, toward: np.ndarray) -> np.ndarray:
+        """(k,) whether places (k, 2), m, lie behind the posts of walls as thick as most are, for a robot that drives
+        toward (2,).
+        """
+        (dx, dy), (ox, oy), (tx, ty) = toward, np.moveaxis(places[:, None] - self.middles, -1, 0), self.tangents.T
+        return ((ox * ty - oy * tx) * np.sign(dx * ty - dy * tx) > DEEP).all(1)
 
     def hold(self, places: np.ndarray, body_width: float = 0.0) -> np.ndarray:
         """(k,) whether places (k, 2), m, are in the way through a doorway of a body so wide, m; 0: not known."""

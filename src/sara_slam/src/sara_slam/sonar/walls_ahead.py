@@ -73,7 +73,8 @@ class WallsAhead:
         self._faces: deque[tuple[float, np.ndarray]] = deque(maxlen=FACES)
         self._face_of: dict[str, np.ndarray] = {}  # the newest that a sensor found
         self._looks: deque[tuple[str, float, float, float, float]] = deque(maxlen=LOOKS)  # sensor, x, y, axis, m
-        self._too_near: dict[str, tuple[float, np.ndarray]] = {}  # (s, points) of what a sensor cannot measure
+        # (s, points, points if it stood square to the walls) of what a sensor cannot measure
+        self._too_near: dict[str, tuple[float, np.ndarray, np.ndarray]] = {}
         self._toward, self._back, self._now = 1.0, 0.0, -math.inf  # the way it drives; m that it has come back
 
     def moved(self, forward: float) -> None:
@@ -89,7 +90,8 @@ class WallsAhead:
         steps = np.round(along / STEP).astype(int)
         if abs(math.sin(mount[2])) >= ASIDE:
             self._look(name, mount, distance)
-        if self._too_near.pop(name, None) is not None and distance >= self._config.range_min_range:
+        before = self._too_near.pop(name, None)
+        if before is not None and distance >= self._config.range_min_range:
             self._face_of.pop(name, None)
         if wall >= 0:
             self._heard[name] = stamp, wall, mount
@@ -102,7 +104,9 @@ class WallsAhead:
             if last >= 0 and 0.0 < ahead[last] < TOO_NEAR * nearest and steep[last] <= self._config.steepest:
                 self._heard[name] = stamp, last, mount
             elif abs(math.sin(mount[2])) >= ASIDE:
-                self._too_near[name] = stamp, self._beside(name, mount)
+                square = self._beside(before[2] if before else None, mount)
+                self._face_of[name] = self._beside(self._face_of.get(name), mount)
+                self._too_near[name] = stamp, self._face_of[name], square
         through = (ahead > 0.0) & (ahead < NEAR) & (steep < SQUARE) & (distance > ahead + THROUGH)
         for passed in np.flatnonzero(through).tolist():
             self._open[passed].update(_about(steps[passed]))
@@ -140,11 +144,12 @@ class WallsAhead:
         """m from a sensor on to the robot's front, as it drives."""
         return 0.5 * self._config.body_length - self._toward * mount[0]
 
-    def _beside(self, name, mount):
-        """(n, 2) points m of what is too near to be measured by a sensor."""
+    def _beside(self, line, mount):
+        """(n, 2) points m of what is too near to be measured by a sensor: of a line (k, 2) that is known of it; where
+        that is none, or is not as near, as if it stood square to the walls.
+        """
         x, y, axis = self._filter.sensor(mount)
-        line = self._face_of.get(name, np.empty((0, 2)))
-        if len(line) > 1:
+        if line is not None and len(line) > 1:
             dx, dy = (line[1] - line[0]) / math.dist(*line[:2])
             rx, ry = line[0, 0] - x, line[0, 1] - y
             along, facing = -rx * dx - ry * dy, math.cos(axis) * dy - math.sin(axis) * dx
@@ -156,9 +161,7 @@ class WallsAhead:
         end = math.copysign(1.0, mount[0])
         dx, dy = end * math.cos(yaw), end * math.sin(yaw)
         begin = x + far * math.cos(axis), y + far * math.sin(axis)
-        line = begin + np.arange(0.0, 0.5 * self._config.body_length - abs(mount[0]), STEP)[:, None] * (dx, dy)
-        self._face_of[name] = line
-        return line
+        return begin + np.arange(0.0, 0.5 * self._config.body_length - abs(mount[0]), STEP)[:, None] * (dx, dy)
 
     def _pieces(self, trail, doorways):
         """Points (n, 2) m of each thing beside the robot, STEP apart; trail: where it has been; doorways: Doorways."""
@@ -176,23 +179,25 @@ class WallsAhead:
             line = np.column_stack((c * rho - s * places, s * rho + c * places))
             shut &= ~doorways.hold(line, self._config.body_width)
             found.append(line[: int(np.argmin(np.append(shut, False)))])
-        flat = [line for since, line in self._faces if self._now - since <= FACE_KEPT_S]
-        flat += [line for since, line in self._too_near.values() if self._now - since <= WALL_KEPT_S]
-        found += [self._shut(line, doorways) for line in flat]
+        found += [self._shut(line, doorways) for since, line in self._faces if self._now - since <= FACE_KEPT_S]
+        too_near = [of for since, *of in self._too_near.values() if self._now - since <= WALL_KEPT_S]
+        found += [self._shut(line, doorways, square) for line, square in too_near]
         found = [line for line in found if len(line)]
         near = _near(np.concatenate(found), np.array(trail), self._config) if found and len(trail) else np.empty((0, 3))
         return [line[: int(np.argmax(np.append(self._walked(line, near), True)))] for line in found]
 
-    def _shut(self, line, doorways):
+    def _shut(self, line, doorways, square=None):
         """A flat thing's points (n, 2) up to where a sensor looked through it squarely. A doorway's post has none: it
-        seems to come nearer as the robot drives up to it.
+        seems to come nearer as the robot drives up to it. square: points of what is too near to be measured, for it may
+        be longer than a post, such as a table beside another one.
         """
         if len(line) < 2:
             return line
         along = (line[1] - line[0]) / math.dist(*line[:2])
-        if doorways.have_post_at(line[0], along):
-            return line[:0]
-        if not self._looks:
+        at_post = doorways.with_post_at(line[0], along)
+        if len(at_post.middles):
+            line = line[:0] if square is None else square[at_post.behind_posts(square, along)]
+        if not (len(line) and self._looks):
             return line
         x, y, axis, distance = np.array([look[1:] for look in self._looks]).T
         dx, dy = line[0, 0] - x, line[0, 1] - y
