@@ -263,7 +263,7 @@ def test_a_wall_that_was_off_by_more_than_its_error_is_held_square_once_it_is_no
     assert known.square[1]
 
 
-@pytest.mark.parametrize('heard, on', [(1.2, 0.35), (2.0, 0.5)])
+@pytest.mark.parametrize('heard, on', [(1.2, 0.35), (2.0, 0.7)])
 def test_long_walls_go_on_farther(heard, on):
     along = np.arange(0.0, heard, 0.05)
     pieces = wall_pieces(SonarConfig(), side(along), np.array([[-0.5 * math.pi, -1.0]]))
@@ -469,6 +469,18 @@ def test_a_wall_goes_on_a_little_unless_somebody_looked_through(looked):
         heard = Heard(sensors, np.append(heard.ranges, (2.0, 2.0)))
     pieces = wall_pieces(SonarConfig(), heard, np.array([[-0.5 * math.pi, -1.0]]))
     assert (pieces[:, 0].max() > 2.15) != looked
+
+
+@pytest.mark.parametrize(('long', 'goes_on'), [(1.2, 0.35), (1.6, 0.7)])
+def test_a_wall_that_is_longer_than_a_table_goes_on_farther_and_a_row_of_tables_does_not(long, goes_on):
+    """0.8 m lie between them, which was looked through."""
+    begins = np.arange(3) * (long + 0.8)
+    heard = side(np.concatenate([begin + np.arange(0.0, long, 0.05) for begin in begins]))
+    between = np.column_stack((np.repeat(begins - 0.4, 2), np.zeros(6), np.full(6, 0.5 * math.pi)))
+    heard = Heard(np.vstack((heard.sensors, between)), np.append(heard.ranges, np.full(6, 2.5)))
+    pieces = wall_pieces(SonarConfig(), heard, np.array([[-0.5 * math.pi, -1.0]]))
+    of = pieces[np.abs(pieces[:, 1] - 1.0) < 0.03, 0]
+    assert of.max() - begins[-1] - long == pytest.approx(goes_on, abs=0.1)
 
 
 @pytest.mark.parametrize(

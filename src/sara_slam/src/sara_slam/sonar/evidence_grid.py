@@ -53,8 +53,8 @@ angle between such walls at least.
 """
 GOES_ON = HOLE // 2
 """Pieces by which a wall goes on beyond what was heard of it: two that do so close such a hole."""
-LONG, LONG_GOES_ON = 30, 10
-"""Pieces of a wall that is longer than most furniture, and by which it goes on."""
+LONG, LONG_GOES_ON = 30, 14
+"""Pieces next to each other of a wall that is longer than most furniture, and by which such a wall goes on."""
 NEAR_FEET = 0.6
 """m along a wall from the nearest foot of a sensor up to which an echo may be of it."""
 _NOTHING = np.empty((0, 4))
@@ -108,43 +108,46 @@ def _that_are_there(config, heard, found, before):
 
 
 def _going_on(config, heard, walls, pieces):
-    """(n, 4): pieces by which walls go on, through wide holes, to corners and at their ends, where no reading says that
-    they do not.
+    """(n, 4): pieces by which walls go on, through wide holes, to corners and at their ends, up to where a reading says
+    that they do not.
     """
     before = np.concatenate(pieces)
     square = np.abs(square_off(walls[:, 0] - walls[0, 0])) <= config.square_gate
     holes = [hole for of, fits in zip(pieces, square) if fits for hole in gaps_of(of, PIECE, 1, WIDE)]
     wide = np.concatenate((_NOTHING, *holes))
     wide = wide[~known_free(config, heard, before[:, :2], wide[:, :2])]
-    more = np.concatenate((wide, _to_corners(walls, pieces), *(_ends(of) for of in pieces)))
+    runs = [*_to_corners(walls, pieces), *(run for of in pieces for run in _ends(of))]
+    more = np.concatenate((wide, *runs))
     most = np.repeat((0, GLIMPSES), (len(wide), len(more) - len(wide)))
-    return more[looked_through(config, heard, more, glances(config, heard, more), before) <= most]
+    fits = looked_through(config, heard, more, glances(config, heard, more), before) <= most
+    for run in np.split(fits[len(wide) :], np.cumsum([len(run) for run in runs])[:-1]) if runs else ():
+        np.logical_and.accumulate(run, out=run)
+    return more[fits]
 
 
 def _ends(pieces):
-    """(n, 4): pieces by which a wall goes on at its ends."""
+    """(n, 4) each: pieces by which a wall goes on at an end, from there on."""
     if not len(pieces):
-        return _NOTHING
+        return []
     pieces, along = in_order(pieces)
     tangent = np.array((-pieces[0, 3], pieces[0, 2]))
     breaks = np.flatnonzero(np.diff(along) > 1.5 * PIECE)
     low, high = np.r_[0, breaks + 1], np.r_[breaks, len(pieces) - 1]
-    more = GOES_ON if len(pieces) < LONG else LONG_GOES_ON
+    more = GOES_ON if (high - low).max() + 1 < LONG else LONG_GOES_ON
     steps = np.arange(1, more + 1) * PIECE
-    found = [
+    return [
         np.hstack((pieces[end, :2] + sign * steps[:, None] * tangent, np.tile(pieces[end, 2:], (more, 1))))
         for ends, sign in ((low, -1.0), (high, 1.0))
         for end in ends.tolist()
     ]
-    return np.concatenate(found)
 
 
 def _to_corners(walls, pieces):
-    """(n, 4): pieces by which two walls that are about square to each other would reach the corner they make, where
-    both end within CORNER of it.
+    """(n, 4) each: pieces by which a wall would reach, from its end on, the corner that it makes with another one about
+    square to it, where both end within CORNER of it.
     """
     c, s = cos_sin(walls[:, 0])
-    found = [_NOTHING]
+    found = []
     for i in range(len(walls)):
         for j in range(len(walls)):
             across = c[i] * s[j] - s[i] * c[j]
@@ -159,7 +162,7 @@ def _to_corners(walls, pieces):
                 shares = np.arange(1, round(off.min() / PIECE) + 1)[:, None] * PIECE / off.min()
                 places = end[:2] + shares * (corner - end[:2])
                 found.append(np.hstack((places, np.tile(end[2:], (len(places), 1)))))
-    return np.concatenate(found)
+    return found
 
 
 def _pieces_of(config, heard, wall, span=(-math.inf, math.inf)):
