@@ -181,6 +181,28 @@ def test_with_little_time_left_what_is_on_the_way_home_comes_first_and_nothing_t
     assert found.choose(planner(), FOOTPRINT, start, False).frontier.middle[0] > 4.0
 
 
+def test_with_little_time_left_it_stays_where_nearly_all_that_is_near_has_been_passed():
+    """It has looked into a hall through its door, 2 m from the border of what is known there."""
+    costs = np.full((80, 160), FREE, np.uint8)
+    costs[[0, -1]] = costs[:, [0, -1]] = LETHAL
+    costs[:, 60] = LETHAL
+    costs[30:50, 60] = FREE
+    costs[:, 94:] = UNKNOWN
+    start, places = Pose2D(2.5, 2.0, 0.0), []
+    for late in (False, True):
+        found = survey()
+        found.on_costmap(costmap(costs), [])
+        for x in (1.5, 2.0, 2.5):
+            found.at(Pose2D(x, 2.0, 0.0))
+        found.forget()
+        if late:
+            found.finish(None)
+        places.append(found.choose(planner(), FOOTPRINT, start, False))
+    assert places[0].pose.x > 2.8 and places[1] is None
+    found.at(Pose2D(2.9, 2.0, 0.0))
+    assert 2.8 < found.choose(planner(), FOOTPRINT, start, False).pose.x < 3.1
+
+
 def test_where_no_way_home_is_known_ways_count_as_they_are():
     ground = hall(6.0)
     ground.costs[:, :16] = UNKNOWN

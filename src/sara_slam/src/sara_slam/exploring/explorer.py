@@ -30,9 +30,9 @@ the way may be forgotten.
 RETRY_S, IN_VAIN = 5.0, 3
 """s until the next goal after one that ended for the robot's sake; such goals without one that is reached
 between make it pause."""
-HOME_TRIES = 4
-"""How often the way home is tried, NEWS_S apart."""
-FINISH_S, MORE_S = 240.0, 30.0
+HOME_S, HOME_TRIES = 10.0, 12
+"""s between two tries of the way home, and how many there are."""
+FINISH_S, MORE_S = 300.0, 30.0
 """s before it turns home for lack of time from which on what has been begun is finished; s that the way home has left
 over for which it turns back to exploring.
 """
@@ -263,8 +263,8 @@ class Explorer:
         if not reached and is_stop(text):
             self.pause(text)
         elif not reached and self._home_tries < HOME_TRIES:
-            self._wait_until = now + NEWS_S
-            self.say(f'The way back ended: {text} It is tried again in {NEWS_S:.0f} s.')
+            self._wait_until = now + HOME_S
+            self.say(f'The way back ended: {text} It is tried again in {HOME_S:.0f} s.')
         else:
             self.state = State.DONE
             self.say('Back where it began.' if reached else f'It did not get back to where it began: {text}')

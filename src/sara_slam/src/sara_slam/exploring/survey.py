@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import islice
 
 import numpy as np
 from scipy.ndimage import binary_dilation, maximum_filter
@@ -27,13 +28,13 @@ from sara_slam.exploring.cones import (
     UNKNOWN_CELL,
     WALL_CELL,
     borders_heard,
-    mark_seen,
     sensors_at,
     warm,
 )
 from sara_slam.exploring.frontiers import Frontier, cells_of
 from sara_slam.exploring.ground import filled, large_patches, paste, with_obstacles
 from sara_slam.exploring.pace import Pace
+from sara_slam.exploring.passed import Passed
 from sara_slam.exploring.tried_places import TriedPlaces
 from sara_slam.exploring.viewpoints import Surroundings
 from sara_slam.exploring.wall_normals import with_normals
@@ -54,8 +55,8 @@ THERE = 0.1
 """m up to which a place is where the robot is."""
 GIVEN_UP = 0.1
 """Share of a frontier's cells down to which something is expected of it."""
-PASSED, APART = 2.4, 0.3
-"""m from the robot up to which it has passed what is in sight; between poses from which that is looked at."""
+KNOWN = 0.9
+"""Share of what is in sight of a place and near that has been passed, from which on nothing new begins there."""
 FARTHER = 0.15
 """What is expected of a border that has not been passed, against one that has: those are finished first."""
 LEFT = 0.2
@@ -99,8 +100,7 @@ class Survey:
         self._footprint = np.empty((0, 2))  # by which it was chosen
         self._faced, self._corner = np.zeros((1, 1), np.uint8), (0, 0)  # how often each cell has been faced
         self._expected = self._near = None  # of each cell, and of the best beside it
-        self._trail: list[tuple[float, float]] = []
-        self._passed, self._looked, self._farther = np.zeros((1, 1), bool), 0, FARTHER
+        self._passed, self._farther = Passed(), FARTHER
         self._home: Pose2D | None = None  # where the way home counts
         self._chosen, self._misfits = 0.0, 0
 
@@ -160,15 +160,15 @@ class Survey:
         faced = np.zeros(costs.shape, np.uint8)
         paste(self._faced, self._corner, faced, corner)
         self._faced, self._corner, self._expected = faced, corner, None
-        self._passed, self._looked = np.zeros(costs.shape, bool), 0
+        self._passed.on_cells(self._cells)
 
     def on_obstacles(self, costmap: Costmap) -> None:
         """What move_base plans by: where its footprint would touch an obstacle, it refuses to go."""
         self.obstacles = costmap
 
     def finish(self, home: Pose2D | None) -> None:
-        """Little time is left: nothing is begun any more that has not been passed, and of ways counts by how much they
-        make the way home longer.
+        """Little time is left: nothing is begun any more that has not been passed, nor where much else would be, and of
+        ways counts by how much they make the way home longer.
         """
         self._farther, self._home = 0.0, home
 
@@ -181,8 +181,7 @@ class Survey:
 
     def at(self, pose: Pose2D) -> None:
         """The robot is at a pose."""
-        if not self._trail or math.dist(self._trail[-1], (pose.x, pose.y)) >= APART:
-            self._trail.append((pose.x, pose.y))
+        self._passed.at(pose)
         last = self._last
         if last is not None and not is_apart(last, pose, MOVED_M, MOVED_RAD):
             return
@@ -238,7 +237,7 @@ class Survey:
         places, far = self._heard(stands)
         wide = np.maximum(far, FAR) * self._sensors[:, 3:] * (2.0 / (RAYS - 1))
         hoped = np.where(places >= 0, expected.ravel()[places.clip(0)], 0.0) * wide
-        passed = self._has_passed().ravel()[places.clip(0)]
+        passed = self._passed.free().ravel()[places.clip(0)]
         gain = (hoped * np.where(passed, 1.0, float(self._farther > 0.0))).sum((1, 2))
         worth = (hoped * np.where(passed, 1.0, self._farther)).sum((1, 2))
         longer = ways if self._home is None else self._detours(ground, start, stands, ways)
@@ -247,9 +246,7 @@ class Survey:
         rate[self._tried.hold(stands)] = 0.0
         if not (rate > 0.0).any():
             return self._again(planner, footprint, start) if self._rounds and not under_way else None
-        for k in np.argsort(-rate, kind='stable')[:TRIES].tolist():
-            if not rate[k] > 0.0:
-                break
+        for k in islice(self._best(rate, stands), TRIES):
             pose = Pose2D(*stands[k].tolist())
             try:
                 planner.plan(ground, start, pose)
@@ -260,6 +257,16 @@ class Survey:
             self._chosen, self._misfits = self._sum(frontier), 0
             return Choice(frontier, pose, -float(rate[k]))
         return None
+
+    def _best(self, rate, stands):
+        """Numbers of stands (n, 3), those of the greatest rate (n,) first, where something may be begun."""
+        shares: dict[tuple[float, float], float] = {}
+        for k in np.argsort(-rate, kind='stable')[: np.count_nonzero(rate > 0.0)].tolist():
+            x, y = stands[k, :2].tolist()
+            if not self._farther and (x, y) not in shares:
+                shares[x, y] = self._passed.share_from(x, y)
+            if self._farther or shares[x, y] >= KNOWN:
+                yield k
 
     def _detours(self, ground, start, stands, ways):
         """m that ways to stands are longer than the way home; as they are where none is known."""
@@ -272,13 +279,6 @@ class Survey:
         self._rounds -= 1
         self._tried.clear_unreached()
         return self.choose(planner, footprint, start, False)
-
-    def _has_passed(self):
-        """bool (rows, columns): which cells have been in sight within PASSED."""
-        trail = np.array(self._trail[self._looked :]).reshape(-1, 2)
-        mark_seen(self._cells, trail, PASSED, self._passed)
-        self._looked = len(self._trail)
-        return self._passed
 
     def _frontier(self, places, expected, gain):
         cells = np.unique(places[places >= 0])
