@@ -201,6 +201,13 @@ def test_cross_track_is_the_distance_from_the_leg_while_driving():
     assert judge(Track(t, pose, plans=((0.0, plan),))).off_plan_p95 == pytest.approx(0.02)
 
 
+def test_where_a_straight_leg_has_no_length_cross_track_is_the_distance_from_its_goal():
+    v = np.concatenate([np.zeros(100), np.full(500, 0.4), np.zeros(400)])
+    t, pose = driven(v, np.zeros(len(v)))
+    there = goal(t, pose, pose=(0.0, 0.0, 0.0), straight=(0.0, 0.0), shortest=4.0, judged=t[-1])
+    assert judge(Track(t, pose, goals=(there,))).cross_track_max == pytest.approx(2.0, abs=0.02)
+
+
 def test_reversals_count_sides_and_not_wiggles_below_the_threshold():
     assert reversals(np.array([0.1, 0.04, -0.04, 0.1, -0.1, 0.0, -0.1, 0.06]), 0.05) == 2
     assert reversals(np.array([]), 0.05) == 0

@@ -188,6 +188,7 @@ ROW = {'world': 'a.yaml', 'start': [0, 0, 0], 'goal': [1, 0, 0]}
         (['a.yaml'], 'world 1 is'),
         ([{**ROW, 'scael': 2}], "there is no 'scael'"),
         ([{**ROW, 'world': 3}], 'world is 3'),
+        ([{**ROW, 'world': '/maps/a.yaml'}], "world is '/maps/a.yaml', allowed are files in the folder of the list"),
         ([{**ROW, 'start': [0, 0]}], r'start is \[0, 0\], allowed is \[x m, y m, yaw deg\]'),
         ([{**ROW, 'goal': [0, 'x', 0]}], 'goal is'),
         ([{**ROW, 'scale': 0}], 'scale is 0'),

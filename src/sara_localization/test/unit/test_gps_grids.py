@@ -34,6 +34,7 @@ def test_printed_values(place, zone, expected, convergence):
         ((0.0, -180.0), 1),
         ((0.0, 180.0), 1),
         ((0.0, 179.999), 60),
+        ((0.0, math.nextafter(180.0, 0.0)), 60),
         ((0.0, 5.999), 31),
         ((0.0, 6.0), 32),
         ((60.0, 4.0), 32),  # Norway

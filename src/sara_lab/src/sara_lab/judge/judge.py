@@ -153,8 +153,8 @@ def _across(motion, goal, driving):
         return np.empty(0)
     on = driving & _during(motion, goal)
     x, y = goal.pose[0] - goal.straight[0], goal.pose[1] - goal.straight[1]
-    off = motion.pose[on, :2] - goal.straight
-    return np.abs(x * off[:, 1] - y * off[:, 0]) / math.hypot(x, y)
+    off, length = motion.pose[on, :2] - goal.straight, math.hypot(x, y)
+    return np.abs(x * off[:, 1] - y * off[:, 0]) / length if length > 0.0 else np.hypot(*off.T)
 
 
 def _off_plan(track, motion, driving):

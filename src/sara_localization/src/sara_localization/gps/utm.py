@@ -51,7 +51,7 @@ class Zone(NamedTuple):
     def of(cls, latitude: float, longitude: float) -> Zone:
         """The zone of a place (deg), with the exceptions of Norway and Svalbard. Raises NoPlace."""
         latitude, longitude = _within(latitude, longitude)
-        number = int((longitude + 180.0) // 6.0) + 1
+        number = min(int((longitude + 180.0) // 6.0), 59) + 1  # the sum may round up to 360
         if 56.0 <= latitude < 64.0 and 3.0 <= longitude < 12.0:
             number = 32
         elif latitude >= 72.0 and 0.0 <= longitude < 42.0:

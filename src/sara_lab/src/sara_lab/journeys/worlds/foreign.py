@@ -94,6 +94,8 @@ def _faults(row, which):
     found = [f'{which}: there is no {key!r}, but {", ".join(KEYS)}' for key in row if key not in KEYS]
     if not (isinstance(row.get('world'), str) and row['world']):
         found.append(f'{which}: world is {row.get("world")!r}, allowed is the name of a file, or a pattern')
+    elif Path(row['world']).is_absolute():
+        found.append(f'{which}: world is {row["world"]!r}, allowed are files in the folder of the list')
     for key in ('start', 'goal'):
         pose = row.get(key)
         if not (isinstance(pose, list) and len(pose) == 3 and all(map(is_number, pose))):
