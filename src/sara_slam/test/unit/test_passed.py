@@ -47,3 +47,17 @@ def test_the_share_that_has_been_passed_falls_with_how_far_a_place_is_from_the_w
     assert shares[0] == 1.0 and 0.8 < shares[1] < 0.95 and 0.5 < shares[2] < 0.75 and shares[3] == 0.0
     kinds[:, 60] = WALL_CELL
     assert passed(kinds, [(2.5, 1.0)]).share_from(2.9, 1.0) > 0.97  # a wall hides what is behind
+
+
+def test_from_when_it_holds_until_it_releases_nothing_more_has_been_passed():
+    kinds = np.full((40, 200), FREE_CELL, np.uint8)
+    found = passed(kinds, [(2.5, 1.0)])
+    found.hold()
+    before = found.share_from(4.0, 1.0)
+    found.at(Pose2D(4.0, 1.0, 0.0))
+    found.hold()
+    assert found.share_from(4.0, 1.0) == before < 0.9 and found.free()[20, 120]
+    found.on_cells(cells(kinds))
+    assert found.share_from(4.0, 1.0) == before
+    found.release()
+    assert found.share_from(4.0, 1.0) == 1.0

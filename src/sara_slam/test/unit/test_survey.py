@@ -200,6 +200,9 @@ def test_with_little_time_left_it_stays_where_nearly_all_that_is_near_has_been_p
         places.append(found.choose(planner(), FOOTPRINT, start, False))
     assert places[0].pose.x > 2.8 and places[1] is None
     found.at(Pose2D(2.9, 2.0, 0.0))
+    assert found.choose(planner(), FOOTPRINT, start, False) is None  # it does not go on step by step
+    found.forget()
+    found.finish(None)
     assert 2.8 < found.choose(planner(), FOOTPRINT, start, False).pose.x < 3.1
 
 

@@ -18,6 +18,7 @@ class Passed:
 
     def __init__(self) -> None:
         self._trail: list[tuple[float, float]] = []
+        self._held: int | None = None  # how much of the trail counts for share_from; None: all
         self._grounds: tuple[Cells, ...] = ()
         self._marked: list[tuple[np.ndarray, int]] = []  # which cells were seen from how much of the trail
 
@@ -36,14 +37,23 @@ class Passed:
         """bool (rows, columns): which free cells it has passed."""
         return self._seen(0)
 
+    def hold(self) -> None:
+        """For share_from, from now on, nothing more has been passed."""
+        self._held = len(self._trail) if self._held is None else self._held
+
+    def release(self) -> None:
+        """Everything counts again."""
+        self._held = None
+
     def share_from(self, x: float, y: float) -> float:
-        """Of what would be in sight from a place, m, and near: the share that it has passed."""
-        before, there = self._seen(1), np.zeros(self._marked[1][0].shape, bool)
+        """Of what would be in sight from a place, m, and near: the share that it has passed, until hold was called."""
+        before, there = self._seen(1, self._held), np.zeros(self._marked[1][0].shape, bool)
         mark_seen(self._grounds[1], np.array([[x, y]]), PASSED, there)
         return float(before[there].mean()) if there.any() else 1.0
 
-    def _seen(self, ground):
+    def _seen(self, ground, until=None):
         seen, looked = self._marked[ground]
-        mark_seen(self._grounds[ground], np.array(self._trail[looked:]).reshape(-1, 2), PASSED, seen)
-        self._marked[ground] = seen, len(self._trail)
+        trail = np.array(self._trail[:until]).reshape(-1, 2)
+        mark_seen(self._grounds[ground], trail[looked:], PASSED, seen)
+        self._marked[ground] = seen, len(trail)
         return seen

@@ -115,8 +115,8 @@ class Survey:
 
     def forget(self) -> None:
         """Expect as much of everything as if nothing had been heard."""
-        self._faced[:], self._expected, self._farther, self._home = 0, None, FARTHER, None
-        self._looks = LOOKS
+        self._faced[:], self._expected, self._farther, self._home, self._looks = 0, None, FARTHER, None, LOOKS
+        self._passed.release()
         self._tried.clear()
 
     def tried(self, choice: Choice, reached: bool) -> None:
@@ -171,6 +171,7 @@ class Survey:
         ways counts by how much they make the way home longer.
         """
         self._farther, self._home = 0.0, home
+        self._passed.hold()
 
     def on_way_home(
         self, planner: Planner, footprint: np.ndarray, start: Pose2D, home: Pose2D, left: float
