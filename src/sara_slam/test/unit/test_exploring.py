@@ -176,7 +176,7 @@ NO_WAY = 'Failed to find a valid plan. Even after executing recovery behaviors.'
 
 
 @pytest.mark.parametrize('tries', [1, 2, 11, 12])
-def test_the_way_home_is_tried_for_two_minutes_and_then_it_is_said_that_there_is_none(tries):
+def test_the_way_home_is_tried_twelve_times_and_then_it_is_said_that_there_is_none(tries):
     """What bars it may be forgotten meanwhile, or gone."""
     house, ends, times = House(), iter([NO_WAY] * tries), []
 

@@ -471,6 +471,15 @@ def test_a_wall_goes_on_a_little_unless_somebody_looked_through(looked):
     assert (pieces[:, 0].max() > 2.15) != looked
 
 
+def test_a_wall_goes_on_to_one_that_crosses_it_and_not_behind():
+    along = np.linspace(-1.5, 0.7, 45)
+    up = np.stack((along, np.zeros(45), np.full(45, 0.5 * math.pi)), 1)
+    right = np.stack((np.zeros(45), np.linspace(-0.5, 1.5, 45), np.zeros(45)), 1)
+    heard = Heard(np.vstack((up, right)), np.ones(90))
+    pieces = wall_pieces(SonarConfig(), heard, np.array([[-0.5 * math.pi, -1.0], [math.pi, -1.0]]))
+    assert 0.97 < pieces[np.abs(pieces[:, 1] - 1.0) < 0.01, 0].max() < 1.06
+
+
 @pytest.mark.parametrize(('long', 'goes_on'), [(1.2, 0.35), (1.6, 0.7)])
 def test_a_wall_that_is_longer_than_a_table_goes_on_farther_and_a_row_of_tables_does_not(long, goes_on):
     """0.8 m lie between them, which was looked through."""

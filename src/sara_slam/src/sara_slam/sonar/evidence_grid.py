@@ -14,6 +14,7 @@ import math
 from typing import NamedTuple
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from sara_common.repeatable import cos_sin
 from sara_nav.maps.map_io import FREE, OCCUPIED, GridMap
@@ -109,7 +110,7 @@ def _that_are_there(config, heard, found, before):
 
 def _going_on(config, heard, walls, pieces):
     """(n, 4): pieces by which walls go on, through wide holes, to corners and at their ends, up to where a reading says
-    that they do not.
+    that they do not, or another wall crosses them.
     """
     before = np.concatenate(pieces)
     square = np.abs(square_off(walls[:, 0] - walls[0, 0])) <= config.square_gate
@@ -120,9 +121,18 @@ def _going_on(config, heard, walls, pieces):
     more = np.concatenate((wide, *runs))
     most = np.repeat((0, GLIMPSES), (len(wide), len(more) - len(wide)))
     fits = looked_through(config, heard, more, glances(config, heard, more), before) <= most
-    for run in np.split(fits[len(wide) :], np.cumsum([len(run) for run in runs])[:-1]) if runs else ():
-        np.logical_and.accumulate(run, out=run)
+    crossed, begins = _crossed(before, more), np.cumsum([len(wide), *map(len, runs)])
+    for begin, end in zip(begins, begins[1:]):
+        fits[begin + 1 : end] &= ~crossed[begin : end - 1]
+        fits[begin:end] = np.logical_and.accumulate(fits[begin:end])
     return more[fits]
+
+
+def _crossed(others, pieces):
+    """(n,) whether pieces (n, 4) lie on others, (m, 4), about square to them."""
+    near = cKDTree(others[:, :2]).query_ball_point(pieces[:, :2], PIECE)
+    across = [others[of, 3] * nx - others[of, 2] * ny for of, (nx, ny) in zip(near, pieces[:, 2:].tolist())]
+    return np.array([bool((np.abs(sine) > SQUARE).any()) for sine in across], bool)
 
 
 def _ends(pieces):
