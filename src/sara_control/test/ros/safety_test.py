@@ -371,7 +371,7 @@ class SafetyTest(unittest.TestCase):
         self.until(
             lambda: any(
                 pair.key.startswith('joystick without its axes')
-                for array in self.got['/diagnostics']
+                for array in self.got.get('/diagnostics', [])
                 for status in array.status
                 for pair in status.values
             ),
@@ -398,7 +398,7 @@ class SafetyTest(unittest.TestCase):
         self.until(
             lambda: any(
                 pair.key == 'not finite from touch' and int(pair.value) >= 1
-                for array in self.got['/diagnostics']
+                for array in self.got.get('/diagnostics', [])
                 for status in array.status
                 for pair in status.values
             ),
