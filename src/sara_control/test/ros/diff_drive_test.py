@@ -150,7 +150,12 @@ class DiffDriveTest(unittest.TestCase):
         turned = (chair.wheels[1] - chair.wheels[0]) * WHEELS.radius / WHEELS.separation
         yaw = 2.0 * math.atan2(last.pose.pose.orientation.z, last.pose.pose.orientation.w)
         self.assertAlmostEqual(yaw, turned, delta=0.002)
-        transform = next(t for m in reversed(got['/tf']) for t in m.transforms if t.header.stamp == last.header.stamp)
+
+        def of_last():  # /tf comes by a connection of its own
+            return [t for m in list(got['/tf']) for t in m.transforms if t.header.stamp == last.header.stamp]
+
+        self.until(of_last, 'the newest odometry has no transform')
+        transform = of_last()[0]
         self.assertEqual((transform.header.frame_id, transform.child_frame_id), ('odom', 'base_link'))
         self.assertEqual(transform.transform.translation.x, last.pose.pose.position.x)
 
