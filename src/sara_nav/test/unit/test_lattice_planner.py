@@ -194,6 +194,31 @@ def test_a_door_that_is_too_narrow_is_none():
         plan_of(door(0.6), Pose2D(1.8, 2.2, 0.0), Pose2D(6.3, 4.0, -0.4))
 
 
+NARROW = Pose2D(1.8, 2.2, 0.0), Pose2D(6.3, 4.0, -0.4)
+
+
+def test_a_door_that_leaves_no_hard_margin_is_passed_with_the_least_one():
+    """Of 0.80 m, with 0.60 + 2 x 0.01 m of body, it leaves 0.09 m at each side."""
+    costmap = door(0.8)
+    with pytest.raises(PlanError, match='no way'):
+        plan_of(costmap, *NARROW, hard_margin=0.10)
+    plan = plan_of(costmap, *NARROW, hard_margin=0.10, least_margin=0.06)
+    check(plan, costmap, *NARROW, footprint=pad_footprint(np.array(FOOTPRINT), 0.01 + 0.06))
+    # As if it were the hard one, and for nothing where that one is kept.
+    assert np.array_equal(plan, plan_of(costmap, *NARROW, hard_margin=0.06))
+    assert np.array_equal(plan, plan_of(costmap, *NARROW, hard_margin=0.06, least_margin=0.02))
+    assert np.array_equal(plan, plan_of(costmap, *NARROW, hard_margin=0.06, least_margin=0.20))
+
+
+def test_without_room_for_the_least_margin_either_there_is_no_way():
+    planner = planner_of(LatticePlannerConfig(hard_margin=0.16, least_margin=0.14))
+    with pytest.raises(PlanError, match='no way leads the footprint'):
+        planner.plan(door(0.8), *NARROW)
+    assert not planner.explore(door(0.8), NARROW[0])[60, 120]
+    planner = planner_of(LatticePlannerConfig(hard_margin=0.14, least_margin=0.02))
+    assert planner.explore(door(0.8), NARROW[0])[60, 120]
+
+
 def test_a_slanting_passage_is_driven_along():
     """Two walls 0.9 m apart at 17 degrees to the grid, 3 m long."""
     c, s = math.cos(0.3), math.sin(0.3)
@@ -449,6 +474,7 @@ def test_a_costmap_that_changed_is_looked_at_anew():
         ('speed', 0.0),
         ('turn_rate', -1.0),
         ('hard_margin', -0.01),
+        ('least_margin', 1.01),
         ('clearance', 0.0),
         ('greed', 0.5),
         ('clearance_weight', -1.0),

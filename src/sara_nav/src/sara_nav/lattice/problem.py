@@ -71,8 +71,35 @@ class Problem:
         return seconds < math.inf
 
     def plan(self, start: Pose2D, goal: Pose2D) -> np.ndarray:
-        """Return the plan (n, 3), x, y, yaw; raises PlanError."""
+        """Return the plan (n, 3), x, y, yaw, that keeps hard_margin, or where there is none, one that keeps
+        least_margin; raises PlanError.
+        """
         start, goal = _floats(start), _floats(goal)
+        try:
+            return self._plan(start, goal)
+        except PlanError:
+            closest = self._closest()
+            if closest is self:
+                raise
+            try:
+                return closest._plan(start, goal)
+            finally:
+                self.expanded += closest.expanded
+
+    def explore(self, start: Pose2D) -> np.ndarray:
+        """Return bool (rows, columns) of the cells that the circle within the body comes to from a pose."""
+        wave = self.field.wave_from([(start.x, start.y, 0.0)], self._closest()._pace)
+        reached = wave < FAR
+        return reached[:-1, :-1] | reached[:-1, 1:] | reached[1:, :-1] | reached[1:, 1:]
+
+    def _closest(self):
+        """The Problem whose plans keep least_margin alone: this one, where that is 0 or no less than hard_margin."""
+        least = self.config.least_margin
+        if not 0.0 < least < self.config.hard_margin:
+            return self
+        return Problem(replace(self.config, hard_margin=least), self.field, self.body)
+
+    def _plan(self, start, goal):
         if self.field.geometry.to_cell(goal.x, goal.y) is None:
             raise PlanError(f'the goal ({goal.x:.2f}, {goal.y:.2f}) is off the map')
         limit, limit_end = self._limit(start), self._limit(goal)
@@ -89,12 +116,6 @@ class Problem:
             self.expanded += patient.expanded
         law = float(self.config.bend_deviation), float(self.config.curve_margin)
         return as_plan(self.world, steps, (start, goal), self.config.path_spacing, law)
-
-    def explore(self, start: Pose2D) -> np.ndarray:
-        """Return bool (rows, columns) of the cells that the circle within the body comes to from a pose."""
-        wave = self.field.wave_from([(start.x, start.y, 0.0)], self._pace)
-        reached = wave < FAR
-        return reached[:-1, :-1] | reached[:-1, 1:] | reached[1:, :-1] | reached[1:, 1:]
 
     def _limit(self, pose):
         """Return the gap to be kept about a pose: the margin, or where it has less, see body.margin_at."""
