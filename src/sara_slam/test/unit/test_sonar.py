@@ -461,6 +461,15 @@ def test_readings_in_two_rows_are_no_short_wall_between_them():
     assert sorted(np.round(-lines[:, 1], 3)) == [0.961, 1.049]
 
 
+@pytest.mark.parametrize('corner', (False, True))
+def test_echoes_of_a_corner_far_off_are_no_short_wall(corner):
+    """2.3 m ahead of sensors that pass within 0.4 m to either side of it: the way there is 2.30 to 2.33 m."""
+    rng = np.random.default_rng(3)
+    rest = side(np.linspace(-0.4, 0.4, 12), -1.3)
+    rest = rest._replace(ranges=np.hypot(2.3, rest.sensors[:, 0] * corner) + rng.normal(0.0, 0.005, 12))
+    assert len(short_walls(SonarConfig(), rest, math.pi)[0]) == (not corner)
+
+
 @pytest.mark.parametrize('looked', (False, True))
 def test_a_wall_goes_on_a_little_unless_somebody_looked_through(looked):
     heard = side(np.linspace(0.0, 2.0, 41))

@@ -5,8 +5,8 @@ A robot counts as parked while, over the last `time` seconds, the wheels have re
 every gyro was below `gyro_deviation` (or twice what it claims itself), its mean within `gyro_limit` of the bias known
 so far, and the deviation of the accelerometer below `acceleration_deviation`: a dead encoder alone parks nobody, and a
 robot that is turned by hand with its wheels still is not parked. What a sample says is used only when it leaves the
-window, when it is known that the robot stood still
-for as long as the window after it: the first moments of a motion never count as bias.
+window, when it is known that the robot stood still for as long as the window after it: the first moments of a motion
+never count as bias.
 """
 
 from __future__ import annotations

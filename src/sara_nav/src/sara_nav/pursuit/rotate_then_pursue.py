@@ -2,10 +2,10 @@
 the goal.
 
 A plan is taken as it was made, stage by stage (plan_stages): legs forward and in reverse, turns in place between them.
-On a leg the law of tracking_law bends towards the path, and speed_plan says how fast; both commands change within their
-limits of acceleration and jerk, and are sent so that what smooths commands further on drives them (smooth_command). All
-is computed from where the robot will be when the command takes effect (prediction); without that, a chair whose pose
-comes late turns too far and back.
+On a leg the law of curvature_law bends towards the path, and speed_plan says how fast; both commands change within
+their limits of acceleration and jerk, and are sent so that what smooths commands further on drives them
+(smooth_command). All is computed from where the robot will be when the command takes effect (prediction); without that,
+a chair whose pose comes late turns too far and back.
 """
 
 import math

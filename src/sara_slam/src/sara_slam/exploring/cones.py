@@ -128,6 +128,18 @@ def sensors_at(poses: np.ndarray, mounts: np.ndarray) -> np.ndarray:
     return np.stack((x + c * mx - s * my, y + s * mx + c * my, yaw + axis), -1)
 
 
+def heard_from(cells: Cells, poses: np.ndarray, sensors: np.ndarray, reach: float) -> np.ndarray:
+    """int32 (n, m): flat indices of the cells that robots at poses (n, 3) hear, -1 for none: see borders_heard.
+    sensors (k, 4): x, y, axis on the robot, and half the cone.
+    """
+    placed = sensors_at(poses[:, None], sensors[:, :3])
+    half = np.broadcast_to(sensors[:, 3], placed.shape[:2])
+    placed = np.concatenate((placed, half[..., None]), -1).reshape(-1, 4)
+    places, far = np.empty((len(placed), RAYS), np.int32), np.empty((len(placed), RAYS), np.float32)
+    borders_heard(cells, placed, reach, places, far)
+    return places.reshape(len(poses), -1)
+
+
 def warm() -> None:
     """Compile, or load from the cache, the kernels for the types they are called with."""
     flat = np.zeros((3, 3), np.float32)

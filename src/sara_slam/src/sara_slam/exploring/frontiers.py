@@ -28,6 +28,12 @@ class Frontier(NamedTuple):
     size: float
 
 
+def frontier_at(points: np.ndarray, size: float) -> Frontier:
+    """The Frontier of points (n, 2) m, of a size, m."""
+    middle = points[np.argmin(np.hypot(*(points - points.mean(0)).T))]
+    return Frontier(points, (float(middle[0]), float(middle[1])), size)
+
+
 def frontiers(costmap: Costmap, least: float) -> list[Frontier]:
     """The frontiers of a Costmap that are `least` (m) long or longer, the longest first.
 
@@ -48,8 +54,7 @@ def frontiers(costmap: Costmap, least: float) -> list[Frontier]:
     found = []
     for number in np.flatnonzero(np.bincount(of, minlength=count + 1) * g.resolution >= least - 1e-9):
         own = points[of == number]
-        middle = own[np.argmin(np.hypot(*(own - own.mean(0)).T))]
-        found.append(Frontier(own, (float(middle[0]), float(middle[1])), len(own) * g.resolution))
+        found.append(frontier_at(own, len(own) * g.resolution))
     return sorted(found, key=lambda frontier: (-frontier.size, frontier.middle))
 
 

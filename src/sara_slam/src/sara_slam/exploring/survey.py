@@ -24,14 +24,13 @@ from sara_nav.planners.planning import PlanError
 from sara_slam.exploring.choice import Choice, Planner
 from sara_slam.exploring.cones import (
     FREE_CELL,
-    RAYS,
     UNKNOWN_CELL,
     WALL_CELL,
-    borders_heard,
-    sensors_at,
+    heard_from,
     warm,
 )
-from sara_slam.exploring.frontiers import Frontier, cells_of
+from sara_slam.exploring.frontiers import Frontier, cells_of, frontier_at
+from sara_slam.exploring.gains import Gains, Listening
 from sara_slam.exploring.ground import filled, large_patches, paste, with_obstacles
 from sara_slam.exploring.pace import Pace
 from sara_slam.exploring.passed import Passed
@@ -67,14 +66,12 @@ BESIDE = 3
 """Cells up to which what is beside a frontier is of it."""
 LOOKS = 1
 """How often frontiers that are left in the end are looked at as if they had not been faced."""
-TRIES = 4
-"""Places that are planned to, the best first."""
+COMPARED, TRIES = 200, 4
+"""Places of which it is counted exactly what they are worth, and those that are planned to, the best first."""
 GAP = 0.3
 """m: half as wide as gaps between what is known, which are taken for free: beside fans, and in corners."""
 PATCH = 0.2
 """m: unknown patches smaller than a square of this are none."""
-FAR = 0.4
-"""m from a sensor that a wall behind a border is at least: the border is where the map ends."""
 MISFITS = 3
 """Looks in a row at which the robot does not fit in a place until that is left: walls are drawn on for a moment."""
 
@@ -189,7 +186,7 @@ class Survey:
         self._last = pose
         if self.ground is None or not len(self._sensors):
             return
-        places, _ = self._heard(np.array([[pose.x, pose.y, pose.yaw]]))
+        places = self._heard(np.array([[pose.x, pose.y, pose.yaw]]))
         places = np.unique(places[places >= 0])
         self._faced.ravel()[places] = np.minimum(self._faced.ravel()[places], 200) + 1
         self._expected = None
@@ -234,30 +231,34 @@ class Survey:
         stands, ways = around.stands(EVERY, HEADINGS, ROOM)
         if not (len(stands) and len(self._sensors)):
             return None
-        expected = self.expected()
-        places, far = self._heard(stands)
-        wide = np.maximum(far, FAR) * self._sensors[:, 3:] * (2.0 / (RAYS - 1))
-        hoped = np.where(places >= 0, expected.ravel()[places.clip(0)], 0.0) * wide
-        passed = self._passed.free().ravel()[places.clip(0)]
-        gain = (hoped * np.where(passed, 1.0, float(self._farther > 0.0))).sum((1, 2))
-        worth = (hoped * np.where(passed, 1.0, self._farther)).sum((1, 2))
-        longer = ways if self._home is None else self._detours(ground, start, stands, ways)
-        seconds = PACE.seconds_to(stands, longer, start, THERE)
-        rate = np.where((gain >= LEAST) & (seconds <= left), worth / seconds, 0.0)
-        rate[self._tried.hold(stands)] = 0.0
-        if not (rate > 0.0).any():
+        listening = Listening(start, stands, ways, self._heard)
+        worth, of_any = self._gains()
+        seconds = PACE.seconds_to(stands, self._lengths(ground, start, stands, ways), start, THERE)
+        fits = (listening.at_most(of_any) >= LEAST) & (seconds <= left) & ~self._tried.hold(stands)
+        most = np.where(fits, listening.at_most(worth) / seconds, 0.0)
+        offers = listening.offers(islice(self._best(most, stands), COMPARED), worth, of_any, seconds)
+        offers = [offer for offer in offers if offer.gain >= LEAST]
+        if not offers:
             return self._again(planner, footprint, start) if self._rounds and not under_way else None
-        for k in islice(self._best(rate, stands), TRIES):
-            pose = Pose2D(*stands[k].tolist())
+        for offer in offers[:TRIES]:
+            pose = Pose2D(*stands[offer.stand].tolist())
             try:
                 planner.plan(ground, start, pose)
             except PlanError:
                 self._tried.add(pose, False)
                 continue
-            frontier = self._frontier(places[k], expected, float(gain[k]))
+            frontier = self._frontier(offer.cells, offer.gain)
             self._chosen, self._misfits = self._sum(frontier), 0
-            return Choice(frontier, pose, -float(rate[k]))
+            return Choice(frontier, pose, -offer.rate)
         return None
+
+    def _gains(self):
+        """Gains of what is expected: by what it is worth, and of anything that may be driven to."""
+        expected, passed, g = self.expected(), self._passed.free(), self.ground.geometry
+        return tuple(
+            Gains(np.where(passed, expected, np.float32(beyond) * expected), g.resolution)
+            for beyond in (self._farther, self._farther > 0.0)
+        )
 
     def _best(self, rate, stands):
         """Numbers of stands (n, 3), those of the greatest rate (n,) first, where something may be begun."""
@@ -269,11 +270,15 @@ class Survey:
             if self._farther or shares[x, y] >= KNOWN:
                 yield k
 
-    def _detours(self, ground, start, stands, ways):
-        """m that ways to stands are longer than the way home; as they are where none is known."""
+    def _lengths(self, ground, start, stands, ways):
+        """m that ways to stands count; where there is a way home, half of it is by how much they make that longer."""
+        if self._home is None:
+            return ways
         from_home = Surroundings(ground, self._home, self._footprint)
         home = from_home.way_to(start.x, start.y)
-        return np.maximum(ways + from_home.ways_to(stands[:, :2]) - home, 0.0) if math.isfinite(home) else ways
+        if not math.isfinite(home):
+            return ways
+        return 0.5 * (ways + np.maximum(ways + from_home.ways_to(stands[:, :2]) - home, 0.0))
 
     def _again(self, planner, footprint, start):
         """As choose, of what could not be reached."""
@@ -281,20 +286,10 @@ class Survey:
         self._tried.clear_unreached()
         return self.choose(planner, footprint, start, False)
 
-    def _frontier(self, places, expected, gain):
-        cells = np.unique(places[places >= 0])
-        cells = cells[expected.ravel()[cells] > 0.0]
-        rows, columns = np.unravel_index(cells, expected.shape)
-        points = np.column_stack(self.ground.geometry.to_world(columns, rows))
-        middle = points[np.argmin(np.hypot(*(points - points.mean(0)).T))]
-        return Frontier(points, (float(middle[0]), float(middle[1])), gain)
+    def _frontier(self, cells, size):
+        """The Frontier of those of the cells (flat indices) of which something is expected."""
+        rows, columns = np.unravel_index(cells[self.expected().ravel()[cells] > 0.0], self._border.shape)
+        return frontier_at(np.column_stack(self.ground.geometry.to_world(columns, rows)), size)
 
     def _heard(self, poses):
-        """Of poses (n, 3): see borders_heard, (n, m, RAYS) each."""
-        placed = sensors_at(poses[:, None], self._sensors[:, :3])
-        half = np.broadcast_to(self._sensors[:, 3], placed.shape[:2])
-        sensors = np.concatenate((placed, half[..., None]), -1).reshape(-1, 4)
-        places, far = np.empty((len(sensors), RAYS), np.int32), np.empty((len(sensors), RAYS), np.float32)
-        borders_heard(self._cells, sensors, self._reach, places, far)
-        shape = len(poses), len(self._sensors), RAYS
-        return places.reshape(shape), far.reshape(shape)
+        return heard_from(self._cells, poses, self._sensors, self._reach)

@@ -23,6 +23,10 @@ HOLE = 0.15
 """m along a wall without a reading."""
 APART = 0.10
 """m between the sensors that are farthest from each other along a wall, at least."""
+BETTER = 3.0
+"""Times that the sum of squares of a wall's residuals is that of a point's from which on readings are of the point."""
+STEPS, LONGEST = 10, 0.2
+"""Of Gauss and Newton towards the point; m of each at most."""
 
 
 def short_walls(config: SonarConfig, rest: Heard, direction: float) -> tuple[np.ndarray, np.ndarray]:
@@ -40,11 +44,28 @@ def short_walls(config: SonarConfig, rest: Heard, direction: float) -> tuple[np.
         if len(members) < VOTES:
             return np.array(lines).reshape(-1, 2), np.array(spans).reshape(-1, 2)
         left[members] = False
-        if along[1] - along[0] >= APART:
+        if along[1] - along[0] >= APART and not _is_of_a_point(rest, members, theta, rho, along):
             lines.append((theta, rho))
             spans.append(along)
         for number in (best,) if alone else range(len(found)):
             found[number] = _best(config, rest, left, directions[number])
+
+
+def _is_of_a_point(rest, members, theta, rho, along):
+    """Whether readings agree far better on one point than on a wall: from afar a corner looks like one, for its way to
+    a sensor hardly changes as that passes (Leonard and Durrant-Whyte 1992).
+    """
+    sensors, ranges = rest.sensors[members, :2], rest.ranges[members]
+    c, s, foot = math.cos(theta), math.sin(theta), 0.5 * (along[0] + along[1])
+    point = np.array((c * rho - s * foot, s * rho + c * foot))
+    for _ in range(STEPS):
+        to = point - sensors
+        far = np.maximum(np.hypot(*to.T), 1e-6)
+        step = np.linalg.lstsq(to / far[:, None], ranges - far, rcond=None)[0]
+        point = point + step * min(1.0, LONGEST / max(math.hypot(*step), 1e-9))
+    off_point = ranges - np.hypot(*(point - sensors).T)
+    off_wall = sensors @ (c, s) - rho - ranges
+    return bool((off_wall**2).sum() > BETTER * (off_point**2).sum())
 
 
 def _best(config, rest, left, theta):
