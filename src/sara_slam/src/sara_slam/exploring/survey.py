@@ -1,5 +1,5 @@
-"""From where range sensors with wide cones would hear what is not known yet: the next place to drive to is that from
-which most is expected for the time that it takes.
+"""From where range sensors with wide cones would hear what is not known yet: the next place to drive to is that where,
+with a straight way there, most is expected for the time that it takes.
 
 What is expected is the border of free space on the unknown, in m, if a wall stands at it or soon beyond, and the
 sensors face that squarely from there. Each time that they have faced a piece of it and the map still does not know it,
@@ -165,7 +165,7 @@ class Survey:
 
     def finish(self, home: Pose2D | None) -> None:
         """Little time is left: nothing is begun any more that has not been passed, nor where much else would be, and of
-        ways counts by how much they make the way home longer.
+        ways counts half, and half of by how much they make the way home longer: what lies on that can wait.
         """
         self._farther, self._home = 0.0, home
         self._passed.hold()
@@ -233,8 +233,9 @@ class Survey:
             return None
         listening = Listening(start, stands, ways, self._heard)
         worth, of_any = self._gains()
-        seconds = PACE.seconds_to(stands, self._lengths(ground, start, stands, ways), start, THERE)
-        fits = (listening.at_most(of_any) >= LEAST) & (seconds <= left) & ~self._tried.hold(stands)
+        detours = self._detours(ground, start, stands, ways)
+        seconds, longer = (PACE.seconds_to(stands, of, start, THERE) for of in (0.5 * (ways + detours), detours))
+        fits = (listening.at_most(of_any) >= LEAST) & (longer <= left) & ~self._tried.hold(stands)
         most = np.where(fits, listening.at_most(worth) / seconds, 0.0)
         offers = listening.offers(islice(self._best(most, stands), COMPARED), worth, of_any, seconds)
         offers = [offer for offer in offers if offer.gain >= LEAST]
@@ -270,15 +271,13 @@ class Survey:
             if self._farther or shares[x, y] >= KNOWN:
                 yield k
 
-    def _lengths(self, ground, start, stands, ways):
-        """m that ways to stands count; where there is a way home, half of it is by how much they make that longer."""
+    def _detours(self, ground, start, stands, ways):
+        """m that ways to stands are longer than the way home; as they are where none is known."""
         if self._home is None:
             return ways
         from_home = Surroundings(ground, self._home, self._footprint)
         home = from_home.way_to(start.x, start.y)
-        if not math.isfinite(home):
-            return ways
-        return 0.5 * (ways + np.maximum(ways + from_home.ways_to(stands[:, :2]) - home, 0.0))
+        return np.maximum(ways + from_home.ways_to(stands[:, :2]) - home, 0.0) if math.isfinite(home) else ways
 
     def _again(self, planner, footprint, start):
         """As choose, of what could not be reached."""
