@@ -66,7 +66,7 @@ def replay(s, kf, control):
 
 
 def agree(kf, reference, s, k, least):
-    """State and covariance of step k within the tolerance of the reference data's README."""
+    """State and covariance of step k: within `least`, or 100 times `sensitivity`, the reference's own noise there."""
     tolerance = np.maximum(least, 100.0 * reference['sensitivity'][s][k])
     expected = reference['state'][s][k]
     difference = kf.x - expected

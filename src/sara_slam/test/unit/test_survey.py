@@ -182,6 +182,21 @@ def test_with_little_time_left_what_is_on_the_way_home_comes_first_and_nothing_t
     assert found.choose(planner(), FOOTPRINT, start, False).frontier.middle[0] > 4.0
 
 
+def test_what_makes_the_way_home_longer_than_there_is_time_for_is_not_driven_to():
+    ground = hall(6.0)
+    ground.costs[1:-1, -24:-1] = UNKNOWN
+    found = survey()
+    found.on_costmap(ground, [])
+    found.at(Pose2D(4.4, 2.0, 1.57))
+
+    def next_to(left):
+        return found.on_way_home(planner(), FOOTPRINT, Pose2D(2.0, 2.0, 0.0), Pose2D(1.5, 2.0, 0.0), left)
+
+    far = next_to(100.0).pose
+    there_and_back = 4.0 + (2.0 * (far.x - 2.0)) / 0.17  # and it need not turn
+    assert far.x > 2.5 and next_to(there_and_back + 1.0) and next_to(there_and_back - 3.0) is None
+
+
 def test_with_little_time_left_it_stays_where_nearly_all_that_is_near_has_been_passed():
     """It has looked into a hall through its door, 2 m from the border of what is known there."""
     costs = np.full((80, 160), FREE, np.uint8)
