@@ -396,6 +396,18 @@ def test_obstacles_of_a_costmap_elsewhere_are_laid_on_the_ground_where_they_are(
     assert np.array_equal(with_obstacles(ground, far).costs, ground.costs)
 
 
+@pytest.mark.parametrize('turned', (1, -1))
+def test_nothing_is_heard_through_a_slanting_wall_of_single_cells(turned):
+    """They touch by their corners alone, and nothing is known behind them."""
+    rows, costs, found = np.arange(80), hall(6.0).costs, survey()
+    columns = (28 + 3 * rows // 4)[::turned]
+    costs[np.arange(120) > columns[:, None]] = UNKNOWN
+    costs[rows, columns] = LETHAL
+    found.on_costmap(costmap(costs), [])
+    for yaw in np.linspace(-3.1, 3.1, 60):
+        assert (found._heard(np.array([[1.2, 1.2, yaw], [1.2, 2.8, yaw]])) < 0).all()
+
+
 class Sonars(House):
     """A robot that hears in narrow fans what it faces, and turns about on the spot where it comes to."""
 

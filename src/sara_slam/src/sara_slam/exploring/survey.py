@@ -31,7 +31,7 @@ from sara_slam.exploring.cones import (
 )
 from sara_slam.exploring.frontiers import Frontier, cells_of, frontier_at
 from sara_slam.exploring.gains import Gains, Listening
-from sara_slam.exploring.ground import filled, large_patches, paste, with_obstacles
+from sara_slam.exploring.ground import filled, large_patches, paste, with_obstacles, without_slits
 from sara_slam.exploring.pace import Pace
 from sara_slam.exploring.passed import Passed
 from sara_slam.exploring.tried_places import TriedPlaces
@@ -149,8 +149,8 @@ class Survey:
         costs, g = costmap.costs, costmap.geometry
         unknown = large_patches(costs == UNKNOWN, round(PATCH / g.resolution) ** 2)
         kinds = np.full(costs.shape, FREE_CELL, np.uint8)
-        kinds[(costs >= INSCRIBED) & (costs != UNKNOWN)] = WALL_CELL
         kinds[unknown] = UNKNOWN_CELL
+        kinds[without_slits((costs >= INSCRIBED) & (costs != UNKNOWN))] = WALL_CELL
         self._cells = with_normals(kinds, g.grid)
         self._border = (kinds == FREE_CELL) & binary_dilation(unknown)
         corner = round(g.origin_x / g.resolution), round(g.origin_y / g.resolution)
