@@ -446,7 +446,11 @@ def test_a_short_wall_is_found_in_echoes_from_several_places():
     assert np.ptp(pieces[:, 0]) == pytest.approx(0.3 + 2 * evidence_grid.GOES_ON * evidence_grid.PIECE)
 
 
-@pytest.mark.parametrize('rest', (side(np.full(20, 0.1)), side(np.linspace(0.0, 0.3, 5))), ids=('place', 'few'))
+@pytest.mark.parametrize(
+    'rest',
+    (side(np.full(20, 0.1)), side(np.linspace(0.0, 0.3, 5)), side(np.linspace(0.0, 0.2, 20), -1.3)),
+    ids=('place', 'few', 'far'),
+)
 def test_echoes_of_one_place_or_a_few_are_no_short_wall(rest):
     assert not len(short_walls(SonarConfig(), rest, 0.0)[0])
 

@@ -21,8 +21,8 @@ WITHIN = 0.04
 """m that a reading is off its wall at most."""
 HOLE = 0.15
 """m along a wall without a reading."""
-APART = 0.10
-"""m between the sensors that are farthest from each other along a wall, at least."""
+APART, SHARE = 0.10, 0.1
+"""m between the sensors that are farthest from each other along a wall, at least, and share of how far it is off."""
 BETTER = 3.0
 """Times that the sum of squares of a wall's residuals is that of a point's from which on readings are of the point."""
 STEPS, LONGEST = 10, 0.2
@@ -44,7 +44,8 @@ def short_walls(config: SonarConfig, rest: Heard, direction: float) -> tuple[np.
         if len(members) < VOTES:
             return np.array(lines).reshape(-1, 2), np.array(spans).reshape(-1, 2)
         left[members] = False
-        if along[1] - along[0] >= APART and not _is_of_a_point(rest, members, theta, rho, along):
+        wide = along[1] - along[0] >= max(APART, SHARE * float(rest.ranges[members].mean()))
+        if wide and not _is_of_a_point(rest, members, theta, rho, along):
             lines.append((theta, rho))
             spans.append(along)
         for number in (best,) if alone else range(len(found)):
