@@ -328,6 +328,21 @@ def test_gaps_between_what_sensors_have_told_are_no_border_and_the_body_may_be_t
     assert (found.ground.costs == UNKNOWN).any() and found.expected().any()
 
 
+def test_a_frontier_whose_own_cells_are_no_border_is_where_they_are(monkeypatch):
+    """What is heard of a block counts though it is of cells beside those that the rays met."""
+    found = survey()
+    found.on_costmap(hall(), [])
+    heard = found._heard
+
+    def beside(poses):
+        places = heard(poses)
+        return np.where(places >= 0, places - 1, places)  # a column before the border
+
+    monkeypatch.setattr(found, '_heard', beside)
+    choice = found.choose(planner(), FOOTPRINT, START, False)
+    assert choice.frontier.size >= survey_module.LEAST and np.allclose(choice.frontier.points[:, 0], 2.925)
+
+
 def test_without_sensors_or_with_everything_known_there_is_nowhere_to_go():
     for found, ground in ((survey(()), hall()), (survey(), hall(6.0))):
         found.on_costmap(ground, [])

@@ -286,8 +286,11 @@ class Survey:
         return self.choose(planner, footprint, start, False)
 
     def _frontier(self, cells, size):
-        """The Frontier of those of the cells (flat indices) of which something is expected."""
-        rows, columns = np.unravel_index(cells[self.expected().ravel()[cells] > 0.0], self._border.shape)
+        """The Frontier of those of the cells (flat indices) of which something is expected; of all where it is of cells
+        beside them alone.
+        """
+        hoped = self.expected().ravel()[cells] > 0.0
+        rows, columns = np.unravel_index(cells[hoped] if hoped.any() else cells, self._border.shape)
         return frontier_at(np.column_stack(self.ground.geometry.to_world(columns, rows)), size)
 
     def _heard(self, poses):
