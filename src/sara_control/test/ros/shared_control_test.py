@@ -35,7 +35,8 @@ class SharedControlTest(unittest.TestCase):
         rospy.Subscriber('shared_control/status', String, lambda message: self.sentences.append(message.data))
         self.now = 100.0
         publishers = self.clock, self.tf, self.costmap, self.active, self.override, self.profile, self.wish
-        while not all(publisher.get_num_connections() for publisher in publishers):  # what is said before is lost
+        while not (self.profiles and all(publisher.get_num_connections() for publisher in publishers)):
+            # what is said before is lost
             rospy.rostime.wallsleep(0.02)
 
     def tick(self, v, w=0.0, sees=True, side=SIDE):
@@ -96,6 +97,7 @@ class SharedControlTest(unittest.TestCase):
         self.until(lambda v, w: self.sentences[-1].endswith('its help is switched off.'), 0.0)
         self.profile.publish('much')
         self.until(lambda v, w: (v, w) != (0.35, 0.0), 0.35)
+        self.until(lambda v, w: len(self.profiles) == 3, 0.35)  # they come by a connection of their own
         self.assertEqual(self.profiles, ['much', 'gate_only', 'much'])
         self.until(lambda v, w: (v, w) == (0.35, 0.0), 0.35, sees=False)  # it is too old to be used
         self.until(lambda v, w: 'does not know' in self.sentences[-1], 0.35, sees=False)
