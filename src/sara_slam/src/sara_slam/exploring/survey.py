@@ -46,7 +46,7 @@ AGAIN = 0.5
 """What is still expected of a piece that has been faced once more."""
 MOVED_M, MOVED_RAD = 0.05, 0.1
 """Between two poses from which something is heard."""
-LEAST = 0.25
+LEAST = 0.5
 """m of border for which a place is driven to."""
 PACE = Pace(0.17, 0.35, 4.0)
 """What SARA takes while it maps. By a faster one it leaves a room before it is done with, and comes back."""
