@@ -42,6 +42,10 @@ def grid(width, height, *walls, value=LETHAL, costs=None):
     return Costmap(costs, GridGeometry(costs.shape[1], costs.shape[0], RESOLUTION, 0.0, 0.0))
 
 
+ENDS = Pose2D(1.8, 2.2, 0.0), Pose2D(6.3, 4.0, -0.4)
+"""A start and a goal at either side of a `door`."""
+
+
 def door(width=0.8, middle=3.0, thick=0.1):
     """Return two rooms of 4 x 6 m with a door between them, in the wall about x = 4, ``middle`` in y."""
     return grid(
@@ -191,32 +195,29 @@ def test_a_door_that_is_too_narrow_is_none():
     with pytest.raises(
         PlanError, match='no way leads the footprint from .1.80, 2.20, 0 deg. to the goal .6.30, 4.00, -23 deg.'
     ):
-        plan_of(door(0.6), Pose2D(1.8, 2.2, 0.0), Pose2D(6.3, 4.0, -0.4))
-
-
-NARROW = Pose2D(1.8, 2.2, 0.0), Pose2D(6.3, 4.0, -0.4)
+        plan_of(door(0.6), *ENDS)
 
 
 def test_a_door_that_leaves_no_hard_margin_is_passed_with_the_least_one():
     """Of 0.80 m, with 0.60 + 2 x 0.01 m of body, it leaves 0.09 m at each side."""
     costmap = door(0.8)
     with pytest.raises(PlanError, match='no way'):
-        plan_of(costmap, *NARROW, hard_margin=0.10)
-    plan = plan_of(costmap, *NARROW, hard_margin=0.10, least_margin=0.06)
-    check(plan, costmap, *NARROW, footprint=pad_footprint(np.array(FOOTPRINT), 0.01 + 0.06))
+        plan_of(costmap, *ENDS, hard_margin=0.10)
+    plan = plan_of(costmap, *ENDS, hard_margin=0.10, least_margin=0.06)
+    check(plan, costmap, *ENDS, footprint=pad_footprint(np.array(FOOTPRINT), 0.01 + 0.06))
     # As if it were the hard one, and for nothing where that one is kept.
-    assert np.array_equal(plan, plan_of(costmap, *NARROW, hard_margin=0.06))
-    assert np.array_equal(plan, plan_of(costmap, *NARROW, hard_margin=0.06, least_margin=0.02))
-    assert np.array_equal(plan, plan_of(costmap, *NARROW, hard_margin=0.06, least_margin=0.20))
+    assert np.array_equal(plan, plan_of(costmap, *ENDS, hard_margin=0.06))
+    assert np.array_equal(plan, plan_of(costmap, *ENDS, hard_margin=0.06, least_margin=0.02))
+    assert np.array_equal(plan, plan_of(costmap, *ENDS, hard_margin=0.06, least_margin=0.20))
 
 
 def test_without_room_for_the_least_margin_either_there_is_no_way():
     planner = planner_of(LatticePlannerConfig(hard_margin=0.16, least_margin=0.14))
     with pytest.raises(PlanError, match='no way leads the footprint'):
-        planner.plan(door(0.8), *NARROW)
-    assert not planner.explore(door(0.8), NARROW[0])[60, 120]
+        planner.plan(door(0.8), *ENDS)
+    assert not planner.explore(door(0.8), ENDS[0])[60, 120]
     planner = planner_of(LatticePlannerConfig(hard_margin=0.14, least_margin=0.02))
-    assert planner.explore(door(0.8), NARROW[0])[60, 120]
+    assert planner.explore(door(0.8), ENDS[0])[60, 120]
 
 
 def test_a_slanting_passage_is_driven_along():
@@ -418,7 +419,7 @@ def test_explore_says_where_a_plan_may_lead():
 
 def test_a_search_in_vain_is_not_made_again_until_something_changes():
     costmap, planner = door(0.6), planner_of()
-    start, goal = Pose2D(1.8, 2.2, 0.0), Pose2D(6.3, 4.0, -0.4)
+    start, goal = ENDS
 
     def searched(start=start, goal=goal):
         with pytest.raises(PlanError, match='no way'):
@@ -452,20 +453,18 @@ def test_any_polygon_fits_where_it_fits(corners):
 
 def test_another_footprint_is_taken_at_once():
     costmap, planner = door(0.8), planner_of()
-    ends = Pose2D(1.8, 2.2, 0.0), Pose2D(6.3, 4.0, -0.4)
-    planner.plan(costmap, *ends)
+    planner.plan(costmap, *ENDS)
     planner.set_footprint(pad_footprint(np.array(FOOTPRINT), 0.15))
     with pytest.raises(PlanError, match='no way'):
-        planner.plan(costmap, *ends)
+        planner.plan(costmap, *ENDS)
 
 
 def test_a_costmap_that_changed_is_looked_at_anew():
     costmap, planner = door(0.8), planner_of()
-    ends = Pose2D(1.8, 2.2, 0.0), Pose2D(6.3, 4.0, -0.4)
-    planner.plan(costmap, *ends)
+    planner.plan(costmap, *ENDS)
     costmap.costs[60, 80] = LETHAL  # a post in the door
     with pytest.raises(PlanError, match='no way'):
-        planner.plan(costmap, *ends)
+        planner.plan(costmap, *ENDS)
 
 
 @pytest.mark.parametrize(

@@ -97,7 +97,11 @@ class Problem:
         least = self.config.least_margin
         if not 0.0 < least < self.config.hard_margin:
             return self
-        return Problem(replace(self.config, hard_margin=least), self.field, self.body)
+        return self._other(hard_margin=least)
+
+    def _other(self, **parameters):
+        """The same Problem by other parameters."""
+        return Problem(replace(self.config, **parameters), self.field, self.body)
 
     def _plan(self, start, goal):
         if self.field.geometry.to_cell(goal.x, goal.y) is None:
@@ -110,7 +114,7 @@ class Problem:
             )
         steps = self._steps(start, goal, limit, limit_end)
         if astern(steps) > ASTERN_WITHIN and self.config.greed > PATIENT_GREED:
-            patient = Problem(replace(self.config, greed=PATIENT_GREED), self.field, self.body)
+            patient = self._other(greed=PATIENT_GREED)
             with contextlib.suppress(PlanError):
                 steps = min(steps, patient._steps(start, goal, limit, limit_end), key=astern)
             self.expanded += patient.expanded
