@@ -171,7 +171,7 @@ class ExploreTest(unittest.TestCase):
         first, shown = self.markers[0].markers, [m for array in self.markers for m in array.markers]
         self.assertEqual(first[0].action, Marker.DELETEALL)
         self.assertTrue({Marker.POINTS, Marker.SPHERE} <= {marker.type for marker in shown})
-        self.assertEqual(self.until(self.diagnosed, 'no diagnostics').message, 'Back where it began.')
+        self.until(lambda: self.diagnosed().message == 'Back where it began.', 'its end is not diagnosed')
 
 
 if __name__ == '__main__':
