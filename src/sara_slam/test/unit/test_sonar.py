@@ -556,6 +556,8 @@ def test_two_walls_meet_in_a_corner_unless_somebody_looked_through(looked):
     pieces = wall_pieces(SonarConfig(), Heard(sensors, ranges), walls)
     of_first = pieces[np.abs(pieces[:, 1] - 1.0) < 0.01]
     assert (of_first[:, 0].max() > 0.97) != looked
+    if not looked:  # and neither goes on behind the other
+        assert pieces[:, :2].max(0) == pytest.approx(1.0, abs=0.06)
 
 
 def test_a_corner_that_many_arcs_meet_in_is_a_point():

@@ -110,22 +110,34 @@ def _that_are_there(config, heard, found, before):
 
 def _going_on(config, heard, walls, pieces):
     """(n, 4): pieces by which walls go on, through wide holes, to corners and at their ends, up to where a reading says
-    that they do not, or another wall crosses them.
+    that they do not, or another wall crosses them, or reaches a corner with them.
     """
     before = np.concatenate(pieces)
     square = np.abs(square_off(walls[:, 0] - walls[0, 0])) <= config.square_gate
     holes = [hole for of, fits in zip(pieces, square) if fits for hole in gaps_of(of, PIECE, 1, WIDE)]
     wide = np.concatenate((_NOTHING, *holes))
     wide = wide[~known_free(config, heard, before[:, :2], wide[:, :2])]
-    runs = [*_to_corners(walls, pieces), *(run for of in pieces for run in _ends(of))]
+    corners = _to_corners(walls, pieces)
+    runs = [*corners, *(run for of in pieces for run in _ends(of))]
     more = np.concatenate((wide, *runs))
     most = np.repeat((0, GLIMPSES), (len(wide), len(more) - len(wide)))
     fits = looked_through(config, heard, more, glances(config, heard, more), before) <= most
-    crossed, begins = _crossed(before, more), np.cumsum([len(wide), *map(len, runs)])
-    for begin, end in zip(begins, begins[1:]):
+    ends = np.cumsum([len(wide), *map(len, runs)]).tolist()
+    to_corners, beyond = np.split(np.column_stack((ends[:-1], ends[1:])), [len(corners)])
+    fits = _unbroken(fits, _crossed(before, more), to_corners)
+    others = np.concatenate((before, *(more[begin:end][fits[begin:end]] for begin, end in to_corners)))
+    return more[_unbroken(fits, _crossed(others, more), beyond)]
+
+
+def _unbroken(fits, crossed, runs):
+    """bool (n,): what fits, but of runs (k, 2), begin and end of each, what comes after the first piece that does not
+    fit, or that is crossed.
+    """
+    fits = fits.copy()
+    for begin, end in runs:
         fits[begin + 1 : end] &= ~crossed[begin : end - 1]
         fits[begin:end] = np.logical_and.accumulate(fits[begin:end])
-    return more[fits]
+    return fits
 
 
 def _crossed(others, pieces):
