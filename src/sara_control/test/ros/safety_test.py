@@ -79,8 +79,8 @@ class Chair(threading.Thread):
         rospy.Subscriber('/cmd_vel/mux', Twist, self.on_passed_on, tcp_nodelay=True)
 
     def on_command(self, message):
-        self.command = (message.linear.x, message.angular.z)
         self.out.append((self.now, message.linear.x, message.angular.z))
+        self.command = (message.linear.x, message.angular.z)  # who sees it finds it in `out`
         self.answered = self.now
 
     def on_passed_on(self, _message):
