@@ -257,9 +257,7 @@ class SafetyTest(unittest.TestCase):
         self.assertFalse(self.reset().success, 'released although navigation commands')
         self.stands_although_commanded()
         self.chair.navigation = None
-        self.wait(0.7)
-        answer = self.reset()
-        self.assertTrue(answer.success, answer.message)
+        self.until(lambda: self.reset().success, 'not released although nobody commands')
         self.until(lambda: self.status() == 'The chair is ready.', 'not ready after the release')
         self.drive()
 
