@@ -35,7 +35,8 @@ class SharedControlTest(unittest.TestCase):
         rospy.Subscriber('shared_control/status', String, lambda message: self.sentences.append(message.data))
         self.now = 100.0
         publishers = self.clock, self.tf, self.costmap, self.active, self.override, self.profile, self.wish
-        while not (self.profiles and all(publisher.get_num_connections() for publisher in publishers)):
+        heard = self.profiles, self.sentences, self.left  # latched
+        while not (all(heard) and all(publisher.get_num_connections() for publisher in publishers)):
             # what is said before is lost
             rospy.rostime.wallsleep(0.02)
 
@@ -85,7 +86,7 @@ class SharedControlTest(unittest.TestCase):
         self.until(
             lambda v, w: (v, w) == (0.0, 0.0) and self.sentences[-1].endswith('the rider wants to go alone.'), 0.0
         )
-        self.until(lambda v, w: self.left[-1] < 19.0, 0.0)
+        self.until(lambda v, w: 0.0 < self.left[-1] < 19.0, 0.0)  # 0 is that of before
         self.assertAlmostEqual(max(self.left), 20.0, delta=0.5)
         self.override.publish(False)
         self.until(lambda v, w: (v, w) != (0.35, 0.0), 0.35)
