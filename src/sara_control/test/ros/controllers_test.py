@@ -217,8 +217,14 @@ class ControllersTest(unittest.TestCase):
         cls.refused = {name: cls.start(name, params, urdf) for name, (params, urdf, _) in REFUSED.items()}
         cls.clock.start()
         end = time.monotonic() + 60.0
-        while not all(cls.odometry.values()) and time.monotonic() < end:
+        while not cls.are_there() and time.monotonic() < end:
             time.sleep(0.05)
+
+    @classmethod
+    def are_there(cls):
+        """Whether each controller speaks, and hears."""
+        hear = [publisher.get_num_connections() for publisher in cls.clock.publishers.values()]
+        return all(cls.odometry.values()) and all(hear)
 
     @classmethod
     def tearDownClass(cls):
