@@ -99,8 +99,16 @@ class NodeTest(DirectTest):
             self.assertLess(time.monotonic(), end, 'in vain: the clock is heard')
             time.sleep(0.001)
 
-    def asleep(self, call):
-        """What a call that sleeps returned or raised, and its thread."""
+    def until_asleep(self, seconds, milliseconds=0, ended=()):
+        """Wait until somebody sleeps until this time, or `ended` holds something."""
+        moment, end = rospy.Time(seconds, milliseconds * 1_000_000), time.monotonic() + PATIENCE_S
+        clock = rospy.rostime.get_rostime_cond()
+        while not (ended or any(sleep.until == moment for sleep, _ in list(clock._sleepers))):
+            self.assertLess(time.monotonic(), end, f'in vain: nobody sleeps until {moment.to_sec()}')
+            time.sleep(0.001)
+
+    def asleep(self, call, until):
+        """What a call that sleeps until a time (s) returned or raised, and its thread."""
         ended = []
 
         def sleep():
@@ -111,12 +119,12 @@ class NodeTest(DirectTest):
 
         thread = threading.Thread(target=sleep)
         thread.start()
-        time.sleep(0.1)  # so that most often it sleeps
+        self.until_asleep(until, ended=ended)  # what it sleeps counts from the time at which it begins
         return ended, thread
 
     def test_it_ends_when_its_time_has_come_and_not_before(self):
         self.at(100)
-        ended, thread = self.asleep(lambda: rospy.sleep(1.0))
+        ended, thread = self.asleep(lambda: rospy.sleep(1.0), 101)
         for milliseconds in (500, 999):
             self.at(100, milliseconds)
             time.sleep(0.05)
@@ -127,7 +135,7 @@ class NodeTest(DirectTest):
 
     def test_many_sleep_and_each_is_woken(self):
         self.at(200)
-        sleeps = [self.asleep(lambda k=k: rospy.sleep(rospy.Duration(k))) for k in (3, 1, 2, 0)]
+        sleeps = [self.asleep(lambda k=k: rospy.sleep(rospy.Duration(k)), 200 + k) for k in (3, 1, 2, 0)]
         for passed in range(4):
             self.at(200 + passed)
             sleeps[(3, 1, 2, 0)[passed]][1].join(PATIENCE_S)
@@ -135,7 +143,7 @@ class NodeTest(DirectTest):
 
     def test_a_clock_that_goes_back_is_told(self):
         self.at(300)
-        ended, thread = self.asleep(lambda: rospy.sleep(5.0))
+        ended, thread = self.asleep(lambda: rospy.sleep(5.0), 305)
         self.at(290)
         thread.join(PATIENCE_S)
         self.assertIsInstance(ended[0], rospy.exceptions.ROSTimeMovedBackwardsException)
@@ -146,8 +154,8 @@ class NodeTest(DirectTest):
         timer = rospy.Timer(
             rospy.Duration(0, 100_000_000), lambda event: fired.append(event.current_real.to_nsec() // 1_000_000)
         )
-        time.sleep(0.2)  # so that it has begun
         for tenth in range(1, 10):
+            self.until_asleep(400, 100 * tenth)
             self.at(400, 100 * tenth - 50)
             self.at(400, 100 * tenth)
             end = time.monotonic() + PATIENCE_S
