@@ -42,10 +42,10 @@ class Picture:
 
     def on_update(self, msg):
         if self.grid is not None:
+            self.updates.append(msg)  # who sees what it brought finds it here
             self.costs[msg.y : msg.y + msg.height, msg.x : msg.x + msg.width] = np.array(msg.data).reshape(
                 msg.height, -1
             )
-            self.updates.append(msg)
 
     def at(self, x, y):
         """Return what is published of a point (m), or None."""
