@@ -216,7 +216,7 @@ class CostmapTest(unittest.TestCase):
     def test_5_silent_sensors_are_told_of(self):
         for text in ('/SDI_range silent', '/points silent'):
             self.until(
-                lambda text=text: any(text in told for told in self.messages['texts']), 'nothing said of ' + text
+                lambda text=text: any(text in told for told in list(self.messages['texts'])), 'nothing said of ' + text
             )
 
     def test_6_the_footprint_is_published_and_taken(self):
