@@ -143,9 +143,9 @@ class NavigationTest(unittest.TestCase):
 
     def test_cancel_stops_within_a_cycle(self):
         self.start_driving()
-        self.client.cancel_goal()
+        self.robot.cancel(self.client)
         self.assertTrue(self.robot.stands_within(0.2))  # a cycle of 50 ms, and the messages' way
-        self.client.wait_for_result(rospy.Duration(2.0))
+        self.client.wait_for_result(rospy.Duration(20.0))
         self.assertEqual(self.client.get_state(), GoalStatus.PREEMPTED)
         rospy.sleep(0.3)
         self.assert_stands()

@@ -157,9 +157,9 @@ class RecoveryTest(unittest.TestCase):
     def test_cancelled_while_turning_it_stops_within_a_cycle(self):
         self.go()
         self.wait(lambda: self.robot.command[1] > 0.3, 'the robot does not turn')
-        self.client.cancel_goal()
+        self.robot.cancel(self.client)
         self.assertTrue(self.robot.stands_within(0.2))
-        self.assertTrue(self.client.wait_for_result(rospy.Duration(2.0)))
+        self.assertTrue(self.client.wait_for_result(rospy.Duration(20.0)))
         self.assertEqual(self.client.get_state(), GoalStatus.PREEMPTED)
         rospy.sleep(0.5)
         self.assertEqual(self.robot.command, (0.0, 0.0))

@@ -76,7 +76,7 @@ class ServicesTest(unittest.TestCase):
         self.wait(lambda: self.robot.v > 0.1, 'the robot does not drive')
         with self.assertRaisesRegex(rospy.ServiceException, 'must be in an inactive state'):
             self.make_plan(GetPlanRequest(goal=stamped(5.0, 3.0, 0.0)))
-        self.client.cancel_goal()
+        self.robot.cancel(self.client)
         self.assertTrue(self.robot.stands_within(0.5))
 
     def test_the_planners_own_make_plan(self):
@@ -188,7 +188,7 @@ class ServicesTest(unittest.TestCase):
             fastest = max(fastest, self.robot.command[0])
             time.sleep(0.01)
         self.assertAlmostEqual(fastest, 0.2, 2)
-        self.client.cancel_goal()
+        self.robot.cancel(self.client)
         self.assertTrue(self.robot.stands_within(0.5))
         tuner.close()
         client = Client('move_base', timeout=20.0)
@@ -216,7 +216,7 @@ class ServicesTest(unittest.TestCase):
         rospy.sleep(1.0)
         self.client.send_goal(MoveBaseGoal(target_pose=stamped(3.0, 1.0, 0.0)))
         self.wait(lambda: len(got) == len(kinds), f'not all is published: {set(got)}')
-        self.client.cancel_goal()
+        self.robot.cancel(self.client)
         self.assertTrue(self.robot.stands_within(0.5))
         potential = got['GlobalPlanner/potential']
         self.assertEqual((len(potential.data), max(potential.data), min(potential.data)), (160 * 160, 100, -1))

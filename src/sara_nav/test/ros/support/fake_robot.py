@@ -1,11 +1,13 @@
 """A robot and a clock made up for rostests: it obeys cmd_vel, publishes TF and odom, and /clock at twice real time."""
 
+import contextlib
 import math
 import threading
 import time
 
 import rospy
 import tf2_ros
+from actionlib import CommState
 from geometry_msgs.msg import PoseStamped, TransformStamped, Twist
 from nav_msgs.msg import Odometry
 from rosgraph_msgs.msg import Clock
@@ -30,6 +32,7 @@ class FakeRobot:
         self.turned = 0.0
         self.clock_back = 0  # s by which the clock is to be set back
         self.silent = self.stopped = False  # stopped: it does not obey
+        self.waits = False  # the clock
         self.lock = threading.Lock()
         self.tf = tf2_ros.TransformBroadcaster()
         self.odom = rospy.Publisher('odom', Odometry, queue_size=1, tcp_nodelay=True)
@@ -50,6 +53,8 @@ class FakeRobot:
         due, ticks = time.monotonic(), 10000
         while not rospy.is_shutdown():
             self.wait_for_move_base(ticks / 100.0)
+            while self.waits and not rospy.is_shutdown():
+                time.sleep(0.002)
             if self.clock_back:
                 ticks, self.clock_back = ticks - 100 * self.clock_back, 0
             now = rospy.Time(ticks // 100, ticks % 100 * 10**7)
@@ -109,6 +114,23 @@ class FakeRobot:
             self.x, self.y, self.yaw, self.v, self.w = x, y, yaw, 0.0, 0.0
             self.silent = self.stopped = False
             self.turned = 0.0
+
+    @contextlib.contextmanager
+    def clock_waits(self):
+        """No time passes within: how long a busy machine takes for what is done here does not matter."""
+        self.waits = True
+        try:
+            yield
+        finally:
+            self.waits = False
+
+    def cancel(self, client):
+        """Cancel the goal of a SimpleActionClient. The clock waits until move_base has heard of it."""
+        end = time.monotonic() + 20.0
+        with self.clock_waits():
+            client.cancel_goal()
+            while client.gh.get_comm_state() == CommState.WAITING_FOR_CANCEL_ACK and time.monotonic() < end:
+                time.sleep(0.002)
 
     def stands_within(self, seconds):
         """Wait until it is told to stand; return whether that was within so many seconds of its clock."""
