@@ -50,7 +50,7 @@ class EditsTest(unittest.TestCase):
         cls.map = Path(cls.folder.name) / 'room.yaml'
         ask('change_map', LoadMap, str(cls.map))
         cls.client = actionlib.SimpleActionClient('move_base', MoveBaseAction)
-        assert cls.client.wait_for_server(rospy.Duration(30.0)), 'no move_base action server'
+        assert cls.client.wait_for_server(rospy.Duration(120.0)), 'no move_base action server'
 
     def setUp(self):
         self.robot.put(1.0, 1.0, 0.0)

@@ -25,7 +25,7 @@ class LostTest(unittest.TestCase):
         cls.lost = rospy.Publisher('lost_probability', Float32, queue_size=1, latch=True)
         cls.timer = rospy.Timer(rospy.Duration(0.5), cls.say)
         cls.client = actionlib.SimpleActionClient('move_base', MoveBaseAction)
-        assert cls.client.wait_for_server(rospy.Duration(30.0)), 'no move_base action server'
+        assert cls.client.wait_for_server(rospy.Duration(120.0)), 'no move_base action server'
 
     @classmethod
     def say(cls, _event=None):

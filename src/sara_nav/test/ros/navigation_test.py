@@ -52,7 +52,7 @@ class NavigationTest(unittest.TestCase):
     def setUpClass(cls):
         cls.robot = FakeRobot()
         cls.client = actionlib.SimpleActionClient('move_base', MoveBaseAction)
-        assert cls.client.wait_for_server(rospy.Duration(30.0)), 'no move_base action server'
+        assert cls.client.wait_for_server(rospy.Duration(120.0)), 'no move_base action server'
 
     def setUp(self):
         self.robot.put(1.0, 1.0, 0.0)
