@@ -290,7 +290,7 @@ class NavigationTest(unittest.TestCase):
         heard = rospy.Subscriber(
             '/diagnostics', DiagnosticArray, lambda array: names.update(s.name for s in array.status)
         )
-        end = rospy.Time.now() + rospy.Duration(5.0)
+        end = rospy.Time.now() + rospy.Duration(40.0)
         while rospy.Time.now() < end and not wanted <= names:
             rospy.sleep(0.05)
         heard.unregister()
