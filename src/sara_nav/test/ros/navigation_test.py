@@ -162,6 +162,10 @@ class NavigationTest(unittest.TestCase):
         while not (masks.get_num_connections() and heard.get_num_connections()):
             rospy.sleep(0.05)
         self.start_driving()
+        end = rospy.Time.now() + rospy.Duration(5.0)
+        while not plans:  # it comes by another connection than the command
+            self.assertLess(rospy.Time.now(), end, 'no plan is published')
+            rospy.sleep(0.05)
         before = len(plans)
         for k in range(10):
             masks.publish(keep_out(1.0 + 0.1 * k, 5.0))
@@ -173,9 +177,8 @@ class NavigationTest(unittest.TestCase):
             self.assertLess(rospy.Time.now(), end, 'a mask on the plan is not planned on')
             rospy.sleep(0.05)
         self.client.cancel_goal()
-        masks.publish(keep_out(0.0, 0.0, 0))
+        masks.publish(keep_out(0.0, 0.0, 0))  # and `masks` stays: what is on its way would be lost with it
         heard.unregister()
-        masks.unregister()
 
     def test_refusals_say_why(self):
         nan, flat = stamped(2.0, 1.0, 0.0), stamped(2.0, 1.0, 0.0)
