@@ -28,7 +28,7 @@ from sara_nav.ros.common import TransformListener
 from sara_nav.ros.robot_inputs import RobotInputs
 
 sys.path.append(os.path.join(os.path.dirname(os.path.realpath(__file__)), 'support'))
-from fake_robot import FakeRobot, stamped  # noqa: E402
+from fake_robot import FakeRobot, is_connected, stamped  # noqa: E402
 
 
 def keep_out(x, y, value=100):
@@ -159,7 +159,7 @@ class NavigationTest(unittest.TestCase):
         plans = []
         heard = rospy.Subscriber('move_base/LatticePlanner/plan', Path, plans.append)
         masks = rospy.Publisher('keepout_filter_mask', OccupancyGrid, queue_size=1)
-        while not (masks.get_num_connections() and heard.get_num_connections()):
+        while not (masks.get_num_connections() and is_connected(heard)):
             rospy.sleep(0.05)
         self.start_driving()
         end = rospy.Time.now() + rospy.Duration(5.0)

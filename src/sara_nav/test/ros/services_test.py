@@ -20,7 +20,7 @@ from sensor_msgs.msg import PointCloud2, Range
 from std_srvs.srv import Empty
 
 sys.path.append(os.path.join(os.path.dirname(os.path.realpath(__file__)), 'support'))
-from fake_robot import FakeRobot, stamped  # noqa: E402
+from fake_robot import FakeRobot, is_connected, stamped  # noqa: E402
 
 
 class ServicesTest(unittest.TestCase):
@@ -133,6 +133,7 @@ class ServicesTest(unittest.TestCase):
             rospy.Subscriber('move_base/' + name, kind, lambda msg, name=name: got.setdefault(name, msg))
             for name, kind in kinds.items()
         ]
+        self.wait(lambda: all(map(is_connected, subscribers)), 'not all is advertised')
         rospy.sleep(1.0)
         got.clear()
         self.client.send_goal(MoveBaseGoal(target_pose=stamped(3.0, 1.0, 0.0)))
@@ -213,6 +214,7 @@ class ServicesTest(unittest.TestCase):
             rospy.Subscriber('move_base/' + name, kind, lambda msg, name=name: got.setdefault(name, msg))
             for name, kind in kinds.items()
         ]
+        self.wait(lambda: all(map(is_connected, subscribers)), 'not all is advertised')
         rospy.sleep(1.0)
         self.client.send_goal(MoveBaseGoal(target_pose=stamped(3.0, 1.0, 0.0)))
         self.wait(lambda: len(got) == len(kinds), f'not all is published: {set(got)}')

@@ -140,6 +140,11 @@ class FakeRobot:
         return self.command == (0.0, 0.0) and (rospy.Time.now() - begin).to_sec() < seconds
 
 
+def is_connected(subscriber):
+    """Whether its publisher has answered a Subscriber; get_num_connections() counts one that is not connected yet."""
+    return any(connection.callerid_pub != 'unknown' for connection in subscriber.impl.connections)
+
+
 def stamped(x, y, yaw, frame='map'):
     msg = PoseStamped()
     msg.header.frame_id, msg.header.stamp = frame, rospy.Time.now()
