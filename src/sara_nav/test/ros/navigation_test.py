@@ -135,7 +135,9 @@ class NavigationTest(unittest.TestCase):
             ),
         )
         self.start_driving()
-        rospy.sleep(1.0)
+        end = rospy.Time.now() + rospy.Duration(5.0)
+        while 'follows the path, 0.80 m/s' not in said and rospy.Time.now() < end:
+            rospy.sleep(0.05)
         self.client.cancel_goal()
         self.client.wait_for_result(rospy.Duration(5.0))
         subscriber.unregister()
