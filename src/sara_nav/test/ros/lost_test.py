@@ -29,8 +29,9 @@ class LostTest(unittest.TestCase):
 
     @classmethod
     def say(cls, _event=None):
-        if cls.probability is not None:
-            cls.lost.publish(cls.probability)
+        probability = cls.probability  # another thread sets it
+        if probability is not None:
+            cls.lost.publish(probability)
 
     def tell(self, probability):
         LostTest.probability = probability
