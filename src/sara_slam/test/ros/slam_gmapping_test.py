@@ -138,7 +138,7 @@ class SlamTest(unittest.TestCase):
         answer = rospy.ServiceProxy('dynamic_map', GetMap)().map
         self.assertEqual(answer.header.frame_id, 'map')
         self.until(lambda: self.heard['map'].info == answer.info, 'the map that the service gave is not published')
-        self.assertEqual(self.heard['map_metadata'], answer.info)
+        self.until(lambda: self.heard.get('map_metadata') == answer.info, 'its metadata are not published')
         with tempfile.TemporaryDirectory() as folder:
             saver = ['rosrun', 'sara_nav', 'map_saver', '-f', f'{folder}/ours']
             subprocess.run(saver, check=True, timeout=PATIENCE_S, stdout=subprocess.DEVNULL)
