@@ -115,7 +115,15 @@ class SlamTest(unittest.TestCase):
                 continue
         self.assertTrue(WAY.done)
 
+    def counted(self, what):
+        return int({value.key: value.value for value in self.status().values}.get(what, 0))
+
     def knows_where_it_is(self):
+        self.until(self.status, 'no diagnostics')
+        # 2 s of scans from where it stands: all that it heard on the way is used then, and its map stays as it is.
+        heard = sum(topic == 'base_scan' for topic, _ in self.recorded) + 20
+        self.until(lambda: self.counted('scans') > heard, 'it is behind with its scans')
+
         def off():
             try:
                 found = self.buffer.lookup_transform('map', 'base_link', rospy.Time(0)).transform
