@@ -129,7 +129,7 @@ class SonarTest(unittest.TestCase):
         answer = rospy.ServiceProxy('dynamic_map', GetMap)().map
         self.assertEqual(answer.header.frame_id, 'map')
         self.until(lambda: self.heard['map'].info == answer.info, 'the map that the service gave is not published')
-        self.assertEqual(self.heard['map_metadata'], answer.info)
+        self.until(lambda: self.heard.get('map_metadata') == answer.info, 'its metadata are not published')
         data = np.array(answer.data, np.int8)
         self.assertGreater((data == OCCUPIED).sum(), 100)
         self.assertGreater((data == FREE).sum(), 2000)
