@@ -90,6 +90,7 @@ class SonarTest(unittest.TestCase):
         rospy.wait_for_service('dynamic_map', PATIENCE_S)
         with self.assertRaisesRegex(rospy.ServiceException, 'there is no map yet'):
             rospy.ServiceProxy('dynamic_map', GetMap)()
+        rospy.wait_for_service('slam_sonar/save', PATIENCE_S)  # it is offered later than dynamic_map
         answer = rospy.ServiceProxy('slam_sonar/save', Trigger)()
         self.assertFalse(answer.success)
         self.assertIn('there is no map yet', answer.message)
