@@ -96,8 +96,8 @@ class SonarTest(unittest.TestCase):
         self.assertIn('there is no map yet', answer.message)
 
     def drives(self):
-        ready = lambda: all(p.get_num_connections() for p in (self.odometry, *self.ranges.values()))
-        self.until(ready, 'the node does not listen')
+        topics = self.odometry, self.mounted.pub_tf, *self.ranges.values()  # this test hears /tf_static itself
+        self.until(lambda: all(p.impl.has_connection('/slam_sonar') for p in topics), 'the node does not listen')
         true = way()[:STEPS].tolist()
         for number, pose in enumerate(true):
             stamp = rospy.Time.from_sec(BEGIN + TICK * number)
