@@ -177,10 +177,11 @@ class ReadTest(unittest.TestCase):
         self.assertTrue(bus.turn_until(lambda: imu[-1].orientation_covariance[8] == certain, turns=50))
 
     def test_calibrate_saves_while_the_imu_goes_on(self):
-        count = len(self.bus.got['imu/data'])
+        imu = self.bus.got['imu/data']
+        count = len(imu)
         answer = self.calibrate()
         self.assertIn(f'saved in {self.file}', answer.message)
-        self.assertGreaterEqual(len(self.bus.got['imu/data']) - count, 5, 'nothing was published meanwhile')
+        self.assertTrue(wait_until(lambda: len(imu) - count >= 5), 'nothing was published meanwhile')
         with open(self.file, encoding='utf-8') as file:
             content = yaml.safe_load(file)
         for value, right in zip(content['gyro_offset'], OFFSET):
@@ -210,7 +211,7 @@ class ReadTest(unittest.TestCase):
             'read.py', '__ns:=saved', 'canrx:=/canrx', '_calibration:=saved', f'_calibration_file:={self.file}'
         )
         self.assertTrue(wait_until(lambda: bus.canrx.get_num_connections() > listeners))
-        self.assertTrue(bus.turn_until(lambda: bus.got['saved/imu/data'], turns=100))
+        self.assertTrue(bus.turn_until(lambda: bus.got['saved/imu/data'], turns=1000))
         self.assertAlmostEqual(bus.got['saved/imu/data'][-1].angular_velocity.z, 0.0, delta=math.radians(0.02))
         self.assertIsNone(process.poll())
 
@@ -276,7 +277,7 @@ class ReadTest(unittest.TestCase):
                 )
                 rate = sign * (angle - turned) / 1.1 / 4.0
                 bus.turn(20, rate=round(rate, 2))
-                bus.turn(8)
+                bus.turn_until(lambda: False, turns=25)  # calibrate_gain, for which no turn waits, hears it meanwhile
                 turned = angle
                 answer_when(f'Turn {way} until the chair stands {angle:g} deg from zero, and press Enter: ')
         self.assertTrue(bus.turn_until(lambda: process.poll() is not None, turns=1000), ''.join(said))
@@ -287,10 +288,10 @@ class ReadTest(unittest.TestCase):
         self.assertIn('/reader/reload_gain: the gain is 1.10', output)
         with open(self.file, encoding='utf-8') as file:
             self.assertAlmostEqual(yaml.safe_load(file)['gain'], 1.1, delta=0.002)
-        before = len(bus.got['imu/data'])
+        imu = bus.got['imu/data']
         bus.turn(2, rate=10.0)
-        self.assertTrue(wait_until(lambda: len(bus.got['imu/data']) >= before + 2))
-        self.assertAlmostEqual(bus.got['imu/data'][-1].angular_velocity.z, math.radians(11.0), delta=math.radians(0.1))
+        self.assertTrue(wait_until(lambda: imu[-1].angular_velocity.z > math.radians(1.0)))
+        self.assertAlmostEqual(imu[-1].angular_velocity.z, math.radians(11.0), delta=math.radians(0.1))
 
     def test_set_pose_of_any_stamp(self):
         """Of now, of no time, of the past and of the future, which is now: the yaw is the pose's; the IMU goes on."""
@@ -340,8 +341,17 @@ class ReadTest(unittest.TestCase):
         odom.header.frame_id = 'map'
         odom.transform.rotation = pose('', 0.5).pose.pose.orientation
         tf.sendTransform(odom)
+        refused = ignored()
         bus.set_pose.publish(pose('odom', 0.4))
-        self.assertTrue(bus.turn_until(lambda: off(0.9) < 0.01, turns=200))
+
+        def turned():
+            nonlocal refused
+            if ignored() > refused:  # tf may take longer on a busy machine than the second that the reader gives it
+                refused = ignored()
+                bus.set_pose.publish(pose('odom', 0.4))
+            return off(0.9) < 0.01
+
+        self.assertTrue(bus.turn_until(turned, turns=1000))
         bus.turn_until(lambda: False, turns=10)
         before = ignored()
         bus.set_pose.publish(pose('world', 2.0))
@@ -365,6 +375,7 @@ class ReadTest(unittest.TestCase):
             '_save_calibration:=true',
             f'_calibration_file:={path}',
         )
+        rospy.wait_for_service('/starting/read/reload_gain', 30.0)  # what is calibrated before that is not saved
 
         def saved():
             with open(path, encoding='utf-8') as file:
@@ -378,6 +389,7 @@ class ReadTest(unittest.TestCase):
         reader = self.rosrun('read.py', '__ns:=hasty', 'canrx:=/canrx', '_calibration_time:=1.0')
         begun = rospy.Subscriber('/hasty/imu/data', Imu, lambda _: heard.set())
         self.addCleanup(begun.unregister)
+        rospy.wait_for_service('/hasty/read/reload_gain', 30.0)  # calibrated before that, it could not be asked
         self.assertTrue(bus.turn_until(heard.is_set, turns=1000))
         answer = bus.call('/hasty/read/calibrate')
         self.assertTrue(answer.success, answer.message)

@@ -21,13 +21,17 @@ def publishers(topic):
     return state.get(topic, [])
 
 
-def wait_for(node, topic):
+def wait_until(condition):
     end = time.monotonic() + 20.0
     while time.monotonic() < end:
-        if node in publishers(topic):
+        if condition():
             return True
         time.sleep(0.1)
     return False
+
+
+def wait_for(node, topic):
+    return wait_until(lambda: node in publishers(topic))
 
 
 class SlowMaster(ThreadingMixIn, SimpleXMLRPCServer):
@@ -93,13 +97,12 @@ class StartTest(unittest.TestCase):
         def note(message):
             statuses.update({status.name: status for status in message.status})
 
+        def is_named():
+            status = statuses.get('launched_canserial: CAN adapter')
+            return status and status.level == 2 and '/dev/no_such_adapter is missing' in status.message
+
         rospy.Subscriber('/diagnostics', DiagnosticArray, note)
-        end = time.monotonic() + 10.0
-        while time.monotonic() < end and 'launched_canserial: CAN adapter' not in statuses:
-            time.sleep(0.1)
-        status = statuses['launched_canserial: CAN adapter']
-        self.assertEqual(status.level, 2)
-        self.assertIn('/dev/no_such_adapter is missing', status.message)
+        self.assertTrue(wait_until(is_named), statuses)
 
     def test_silence_on_canrx_is_named_in_the_diagnostics(self):
         statuses = {}
@@ -108,9 +111,7 @@ class StartTest(unittest.TestCase):
             DiagnosticArray,
             lambda message: statuses.update({status.name: status for status in message.status}),
         )
-        end = time.monotonic() + 10.0
-        while time.monotonic() < end and 'launched_read: frames to readings' not in statuses:
-            time.sleep(0.1)
+        self.assertTrue(wait_until(lambda: 'launched_read: frames to readings' in statuses), statuses)
         status = statuses['launched_read: frames to readings']
         self.assertEqual((status.level, status.message), (2, 'waiting for frames on /canrx'))
 

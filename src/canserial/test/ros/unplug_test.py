@@ -89,6 +89,7 @@ class UnplugTest(unittest.TestCase):
         self.command(100, 50)
         self.assertTrue(wait_until(lambda: self.status['level'] == 2))
         self.assertIn(f'{path} is ', self.status['message'])
+        self.assertTrue(wait_until(lambda: self.told('is lost')), 'that it is lost is not said')
         time.sleep(2.0)  # several attempts
         self.assertLessEqual(len(self.told('is missing')), 1, 'that it is missing after it was lost is no news')
         self.assertEqual(len(self.told('is lost')), 1)
@@ -101,6 +102,7 @@ class UnplugTest(unittest.TestCase):
         self.assertEqual(
             [int(line[5:7], 16) for line in adapter.lines], list(range(200, 210)), 'a command from before the loss'
         )
+        self.assertTrue(wait_until(lambda: len(self.told('is open')) >= 2), 'that it is open again is not said')
         self.assertEqual(len(self.told('is open')), 2)
         self.assertTrue(wait_until(lambda: self.status['level'] != 2))
         counted = sum(

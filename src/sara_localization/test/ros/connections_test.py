@@ -41,6 +41,12 @@ def text(data):
     return String().deserialize(data).data
 
 
+def written(publisher):
+    """How many messages rospy's thread has written to the only listener of a publisher."""
+    ((_, _, count, _),) = publisher.impl.get_stats()[2]
+    return count
+
+
 class Listener:
     """One end of a connection as rospy holds it; the other end reads when it likes."""
 
@@ -152,6 +158,7 @@ class ConnectionsTest(unittest.TestCase):
         self.assertEqual(first, sent)
         self.assertEqual(second, sent)
         publisher.publish('later')
+        wait_until(lambda: written(publisher) == len(sent) + 1, 'it is not sent')
         time.sleep(0.2)
         self.assertEqual(len(first), len(sent))
         mailbox.forget()
@@ -165,7 +172,7 @@ class ConnectionsTest(unittest.TestCase):
             publisher = rospy.Publisher('brief', String, queue_size=10)
             wait_until(publisher.get_num_connections, 'the mailbox does not listen')
             publisher.publish(word)
-            time.sleep(0.2)  # rospy writes from a thread of its own
+            wait_until(lambda publisher=publisher: written(publisher) == 1, 'it is not sent')
             publisher.unregister()
             wait_until(lambda: not subscriber.get_num_connections(), 'a connection stays')
         mailbox.deliver()
@@ -180,6 +187,7 @@ class ConnectionsTest(unittest.TestCase):
         wait_until(lambda: mailbox.deliver() or heard, 'nothing comes')
         for k in range(8):
             publisher.publish(str(k))
+        wait_until(lambda: written(publisher) == 9, 'not all are sent')
         time.sleep(0.5)
         mailbox.deliver()
         self.assertEqual(heard, ['begin', '5', '6', '7'])

@@ -146,6 +146,8 @@ class NavSatTest(unittest.TestCase):
         arm.header.frame_id, arm.child_frame_id = 'base_link', 'gps'
         arm.transform.translation.x, arm.transform.rotation.w = 0.5, 1.0
         broadcaster.sendTransform(arm)
+        # Both nodes and this test; a fix waits for the antenna's place for a second only.
+        wait_until(lambda: broadcaster.pub_tf.get_num_connections() == 3, 'the nodes do not listen to /tf_static')
         wait_until(lambda: all(p.get_num_connections() for p in self.publishers.values()), 'the node does not listen')
         wait_until(lambda: self.send() and self.answers, 'no odometry/gps')
         first = self.answer()

@@ -98,6 +98,8 @@ class RobotTest(unittest.TestCase):
             lambda: math.dist(self.pose()[:2], start[:2]) > 0.3, 'it does not move', lambda: self.drive(0.5, 0.0)
         )
         self.until(self.at_rest, 'it does not stop in silence')
+        since = self.heard['base_pose_ground_truth'].header.stamp
+        self.until(lambda: self.heard['odom'].header.stamp >= since, 'no odometry of that time')
         driven = self.heard['odom'].pose.pose.position.x
         self.assertAlmostEqual(driven, math.dist(self.pose()[:2], start[:2]), delta=0.1)
 
