@@ -115,7 +115,7 @@ class Robot:
     def __init__(self):
         self.touched, self.stops, self.poses, self.profiles = [], [], [], []
         self.helps, self.overrides = [], []
-        self.goal = None
+        self.goal = self.ending = None
         self.listen_to_touch()
         rospy.Subscriber('/emergency_stop', Bool, lambda m: self.stops.append(m.data), tcp_nodelay=True)
         self.listen_to_poses()
@@ -149,13 +149,14 @@ class Robot:
         return TriggerResponse(success=not self.refusal, message=self.refusal)
 
     def _go(self, goal):
-        self.goal, self.ending = goal.target_pose.pose, None
+        self.goal = goal.target_pose.pose
         while not self.server.is_preempt_requested() and self.ending is None and not rospy.is_shutdown():
             time.sleep(0.01)
-        if self.ending is None:
+        ending, self.ending = self.ending, None  # not before: the server tells of a goal before it is begun here
+        if ending is None:
             self.server.set_preempted(text='Goal cancelled.')
-        elif self.ending:
-            self.server.set_aborted(text=self.ending)
+        elif ending:
+            self.server.set_aborted(text=ending)
         else:
             self.server.set_succeeded(text='Goal reached.')
 
