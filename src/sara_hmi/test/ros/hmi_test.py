@@ -14,10 +14,12 @@ import threading
 import time
 import unittest
 from types import SimpleNamespace
+from xmlrpc.client import ServerProxy
 
 import actionlib
 import aiohttp
 import numpy as np
+import rosgraph
 import rosnode
 import rospy
 import rostest
@@ -223,6 +225,13 @@ class HmiTest(unittest.TestCase):
         while not condition():
             self.assertLess(time.monotonic(), end, what)
             time.sleep(0.01)
+
+    @staticmethod
+    def is_sent(topic):
+        """Whether the server has somebody to whom it sends a topic."""
+        node = ServerProxy(rosgraph.Master('/hmi_test').lookupNode('/hmi'))
+        links = node.getBusInfo('/hmi_test')[2]
+        return any(direction == 'o' and name == topic for _, _, direction, _, name, *_ in links)
 
     def stands(self):
         """Whether the newest command is a zero."""
@@ -671,7 +680,7 @@ class HmiTest(unittest.TestCase):
     def test_a_pose_that_nobody_takes_is_refused(self):
         async def test(page, _):
             self.robot.set_pose.unregister()
-            await asyncio.sleep(0.5)
+            self.wait(lambda: not self.is_sent('/set_pose'), 'the server does not see that nobody listens')
             await page.send('pose', pose=[1.0, -1.0, 0.5])
             await page.until('error', lambda f: f['key'] == 'error.pose_kept')
             self.robot.listen_to_poses()
