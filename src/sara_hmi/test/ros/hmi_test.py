@@ -610,9 +610,10 @@ class HmiTest(unittest.TestCase):
         self.run_it(test)
 
     def test_an_order_for_which_there_is_no_room_is_refused(self):
-        hold = threading.Event()
+        begun, hold = threading.Event(), threading.Event()
 
         def save(_request):
+            begun.set()
             hold.wait(PATIENCE_S)
             return TriggerResponse(True, '/maps/flat.yaml')
 
@@ -620,6 +621,7 @@ class HmiTest(unittest.TestCase):
             service = rospy.Service('slam_gmapping/save', Trigger, save)
             await page.until('state', lambda f: f['maps'])
             await page.send('save_map')
+            self.wait(begun.is_set, 'the map is not saved')
             for _ in range(80):
                 await page.send('say', key='goal.going')
             await page.send('go', pose=[1.0, 0.0, 0.0])
