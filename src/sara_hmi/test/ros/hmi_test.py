@@ -514,9 +514,10 @@ class HmiTest(unittest.TestCase):
             state = await page.until('state', lambda f: f['gate'] and f['gate']['state'] == 'SILENT', since)
             self.assertFalse(state['connected']['safety_gate/status'])
             await page.until('profile', lambda f: f['profile'] == 'brisk', since)
+            since = len(page.got)
             await page.send('profile', name='gentle')
             self.assertEqual((await page.until('error'))['key'], 'error.no_gate')
-            await page.until('profile', lambda f: f['profile'] == 'brisk', len(page.got))
+            await page.until('profile', lambda f: f['profile'] == 'brisk', since)
             since = len(page.got)
             self.robot.status = rospy.Publisher('/safety_gate/status', String, queue_size=1, latch=True)
             self.robot.status.publish('The chair is ready.')
@@ -530,6 +531,7 @@ class HmiTest(unittest.TestCase):
             lives = threading.Event()
             lives.set()
             diagnostics = rospy.Publisher('/diagnostics', DiagnosticArray, queue_size=1)
+            self.wait(diagnostics.get_num_connections, 'nobody listens to the diagnostics')
 
             def beat():
                 while not self.robot.end.wait(0.2):
@@ -537,7 +539,7 @@ class HmiTest(unittest.TestCase):
                         diagnostics.publish(DiagnosticArray())
 
             threading.Thread(target=beat, daemon=True).start()
-            await page.until('state', lambda f: f['gate']['state'] == 'IDLE')
+            await page.until('state', lambda f: f['gate'] and f['gate']['state'] == 'IDLE')
             await asyncio.sleep(1.0)
             lives.clear()
             await page.until('state', lambda f: f['gate']['state'] == 'SILENT', len(page.got))
