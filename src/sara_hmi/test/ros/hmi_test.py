@@ -354,6 +354,8 @@ class HmiTest(unittest.TestCase):
             await other.send('stop')
             error = await page.until('error')
             self.assertEqual((error['key'], error['of']), ('error.reset_pressed', 'reset'))
+            self.wait(lambda: self.robot.stops[-1], 'no second stop')
+            await asyncio.sleep(0.2)
             self.assertIs(self.robot.stops[-1], True)
             self.robot.refusal, since = '', len(page.got)
             await page.send('reset')
