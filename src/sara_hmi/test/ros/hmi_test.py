@@ -553,21 +553,23 @@ class HmiTest(unittest.TestCase):
     def test_where_nobody_takes_the_commands_they_are_refused(self):
         silent = self.robot.mux_is_gone
 
-        async def drives_until(page, ok):
-            since = len(page.got)
-            while not (found := [f for f in page.got[since:] if f['op'] == 'ack' and f['ok'] == ok]):
-                await page.drive(0.5)
+        async def drives_until(page, why):
+            """Drive until the server says so, None: that it obeys; then lift the finger."""
+            end = time.monotonic() + PATIENCE_S
+            while (ack := await page.drive_in_time(0.5)).get('why') != why:
+                self.assertLess(time.monotonic(), end, ack)
                 await asyncio.sleep(0.1)
-            return found[0]
+            page.seq += 1
+            await page.send('halt', seq=page.seq)
+            await page.until('ack', lambda f: f['seq'] == page.seq)
 
         async def test(page, _):
             await page.take()
             for end, begin in ((self.robot.touch.unregister, self.robot.listen_to_touch), (silent.set, silent.clear)):
                 end()
-                refused = await drives_until(page, ok=False)
-                self.assertEqual(refused['why'], 'error.drive_unheard')
+                await drives_until(page, 'error.drive_unheard')
                 begin()
-                await drives_until(page, ok=True)
+                await drives_until(page, None)
 
         self.run_it(test)
         self.ends_with_one_zero()
