@@ -1,5 +1,7 @@
 """The page with a fake chair behind it."""
 
+from fake_chair import SESSION
+
 from sara_hmi.browser.page import Page
 
 
@@ -32,6 +34,11 @@ class ChairPage(Page):
             silent_ms,
             lost_ms,
         )
+
+    def controls(self):
+        """Give the page the controls, and wait for a beat: what is pressed drives at once."""
+        self.chair.state['driver'] = SESSION
+        self.until('sara.chair.isDriver && sara.connection.hasBeat')
 
     def round_trip(self):
         """Wait until the page's timers have run a few times and all that it sent before has come to the fake chair."""

@@ -221,6 +221,7 @@ def test_a_held_arrow_drives_until_it_is_let_go(page, way, v, w):
 
 def test_a_tapped_arrow_drives_one_step(page):
     page.load('drive', arrows='step', step=0.5)
+    page.controls()
     page.click('.arrow-up')
     assert_at_rest(page)
     assert {(frame['v'], frame['w']) for frame in page.chair.frames('drive')} == {(0.7, 0.0)}
@@ -322,6 +323,7 @@ def test_meta_ends_what_is_held_for_macos_tells_of_no_key_let_go_meanwhile(page)
 
 def test_enter_with_meta_on_an_arrow_is_a_step(page):
     page.load('drive', step=0.5)
+    page.controls()
     page.driver.execute_script('document.querySelector(".arrow-up").focus()')
     page.cdp('Input.dispatchKeyEvent', type='rawKeyDown', modifiers=4, **META)
     page.cdp('Input.dispatchKeyEvent', type='keyDown', modifiers=4, **ENTER)

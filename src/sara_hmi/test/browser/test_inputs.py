@@ -202,6 +202,7 @@ def test_dwell_that_leaves_in_time_presses_nothing(page):
 
 def test_dwell_drives_a_step_and_stops(page):
     page.load('drive', dwell='on', dwell_time=0.3, step=0.5)
+    page.controls()
     x, y = page.middle('.arrow-up')
     page.mouse('Moved', x, y)
     page.chair.wait_for('drive', count=2)
