@@ -25,7 +25,8 @@ def assert_at_rest(page):
 def test_the_stick_drives_with_the_newest_beat(page):
     page.load('drive')
     x, y = take_stick(page)
-    page.chair.wait_for('drive', count=8)
+    drives = page.chair.wait_for('drive', count=8)
+    page.chair.wait(lambda: page.chair.frames('drive')[-1]['n'] > drives[0]['n'])
     page.mouse('Released', x, y)
     assert_at_rest(page)
     frames = page.chair.frames('drive', 'halt')
