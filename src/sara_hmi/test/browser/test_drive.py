@@ -143,8 +143,9 @@ def test_a_cut_connection_begins_at_rest(page):
 def test_frames_that_were_held_on_their_way_carry_old_beats(page):
     page.load('drive')
     take_stick(page)
-    page.limits()
     page.chair.hold()
+    page.until('sara.connection.seq > arguments[0] + 2', page.js('sara.connection.seq'))  # commands are on their way
+    page.limits()
     page.until('!sara.pump.isHeld')  # no echo and no answer: the page itself gives up
     page.until('performance.now() - sara.connection.beatAt < 40')  # beats still come
     held_until = page.chair.wait(lambda: page.chair.beat > newest_sent(page) + 8 and page.chair.beat)
@@ -185,6 +186,7 @@ def test_a_slow_connection_is_said_and_does_not_drive(page):
     page.limits()
     page.chair.answers_echo = False
     page.until('document.querySelector(".banner").textContent.startsWith("The connection is too slow")')
+    page.until('performance.now() - (sara.connection.askedAt ?? Infinity) > 500')  # no answer is on its way any more
     x, y = page.middle('#stick')
     page.mouse('Pressed', x, y, held=True)
     page.mouse('Moved', x, y - UP, held=True)
