@@ -399,8 +399,12 @@ def test_who_drives_is_asked_for_the_controls_and_may_keep_them(page):
 def test_a_question_for_the_controls_goes_when_there_is_nothing_to_answer_any_more(page, end):
     page.load('drive')
     take_stick(page)
+    page.driver.execute_script(
+        'const question = document.getElementById("question");'
+        'sara.connection.addEventListener("asked", () => { window.shown = !question.hidden; })'
+    )
     page.chair.send({'op': 'asked', 'session': 9, 'name': 'Ana', 'seconds': 1.0 if end == 'its time is over' else 99})
-    page.until('!document.getElementById("question").hidden')
+    page.until('window.shown')
     if end == 'passed on':
         page.chair.state['driver'] = 9
     elif end == 'cut':
