@@ -37,6 +37,7 @@ def test_the_stop_acts_by_keyboard_and_in_a_question(page):
     page.key('Enter', 'Up')
     page.key('Escape')
     page.chair.wait_for('stop', count=2)
+    page.until('!document.getElementById("reset").hidden')
     page.click('#reset')
     asked(page)
     page.click('#stop')
@@ -93,7 +94,7 @@ def test_a_place_is_tapped_confirmed_and_reached(page):
     page.click('[data-do=cancel]')
     page.chair.wait_for('cancel')
     page.until('document.querySelector(".journey").hidden')
-    assert text(page, '#notice') == 'The way to Kitchen was cancelled.'
+    page.until('document.getElementById("notice").textContent === "The way to Kitchen was cancelled."')
 
 
 def test_the_question_can_be_left(page):
