@@ -79,8 +79,8 @@ def test_of_a_stop_that_a_silent_network_swallows_it_is_said_that_it_may_not_hav
     page.load('go')
     page.chair.hold()
     try:
-        page.driver.execute_script('sara.stopper.press()')
-        page.until('document.getElementById("notice").textContent === "Stop!"')
+        told = page.driver.execute_script('sara.stopper.press(); return document.getElementById("notice").textContent')
+        assert told == 'Stop!'
         page.until('document.getElementById("notice").textContent.startsWith("The stop could not be sent")')
     finally:
         page.chair.let_through()
@@ -173,9 +173,13 @@ def test_one_switch_drives_a_step_and_a_press_ends_it(page):
 
 def test_dwell_presses_what_is_pointed_at_once(page):
     page.load('go', dwell='on', dwell_time=0.3)
+    page.driver.execute_script(
+        'const ring = document.getElementById("dwell");'
+        'new MutationObserver(() => { window.ringed ||= !ring.hidden; }).observe(ring, { attributes: true })'
+    )
     x, y = page.middle('[data-place=kitchen]')
     page.mouse('Moved', x, y)
-    page.until('!document.getElementById("dwell").hidden')
+    page.until('window.ringed')
     page.until('!document.getElementById("question").hidden')
     assert page.chair.frames('go') == []
     x, y = page.middle('[data-answer=go]')
