@@ -133,9 +133,14 @@ class DrivingTest(unittest.TestCase):
         self.assertFalse(termios.tcgetattr(terminal)[3] & termios.ECHO, 'keys are not echoed')
 
         yaw, held = self.pose()[2], time.monotonic() + 2.0
-        while time.monotonic() < held:  # a key that is held, as a terminal repeats it
+
+        def hold():
+            """A key that is held, as a terminal repeats it."""
             os.write(keyboard, b'j')
             time.sleep(0.03)
+            return True
+
+        self.wait(lambda: hold() and time.monotonic() > held and self.pose()[2] > yaw + 0.2, 'it turns')
         self.wait(lambda: self.speed() < 0.01, 'the chair stands when keys cease')
         self.assertGreater(self.pose()[2], yaw + 0.2)
         self.assertIn('keyboard', self.drivers)
@@ -143,8 +148,7 @@ class DrivingTest(unittest.TestCase):
         self.assertEqual(unhelped, [], 'shared control knows what is around the chair, at rest and while it turns, too')
         self.wait(lambda: self.drivers[-1] == 'nobody', 'the multiplexer is left to others')
 
-        os.write(keyboard, b'j')
-        self.wait(lambda: self.speed() > 0.03, 'it turns again')
+        self.wait(lambda: hold() and self.speed() > 0.03, 'it turns again')
         process.send_signal(signal.SIGTERM)
         self.assertEqual(process.wait(PATIENCE_S), 0)
         self.wait(lambda: self.speed() < 0.01, 'the end of teleop stops the chair')

@@ -62,7 +62,7 @@ class GoalsTest(unittest.TestCase):
     def test_a_goal_waits_until_move_base_is_there_again(self):
         self.assertEqual(self.driver.go(SOFA), (True, 'Goal reached.'))
         self.move_base.stop()
-        time.sleep(0.5)  # the client sees its end
+        goals.until(lambda: not self.driver._client.wait_for_server(rospy.Duration(0.05)), "move_base's end", 20.0)
         threading.Timer(1.0, self.move_base.start).start()
         self.assertEqual(self.driver.go(SOFA), (True, 'Goal reached.'))
 
@@ -92,7 +92,7 @@ class GoalsTest(unittest.TestCase):
         self.driver.pause(0.5)
         self.assertFalse(self.driver.taken)
         threading.Timer(0.2, self.stand, (1.0,)).start()
-        self.driver.pause(1.0)
+        self.driver.pause(3.0)
         self.assertTrue(self.driver.taken)
         self.move_base.reaches = False
         other = actionlib.SimpleActionClient('move_base', MoveBaseAction)

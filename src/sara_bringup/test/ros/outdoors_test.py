@@ -52,7 +52,8 @@ class OutdoorsTest(unittest.TestCase):
         rospy.Subscriber('/ground_truth', Odometry, lambda message: setattr(self, 'truth', message))
         rospy.Subscriber('/odometry/filtered', Odometry, lambda message: setattr(self, 'fused', message))
         arguments = [f'calibration_file:={folder}/calibration.yaml', f'port:={folder}/can', f'gps_port:={folder}/gps']
-        self.launch = subprocess.Popen(['roslaunch', 'sara_bringup', 'outdoors.launch', 'speed:=2', *arguments])
+        # read.py looks once a second of wall time whether a heading is waited for; it is for 1.9 s of the chair's.
+        self.launch = subprocess.Popen(['roslaunch', 'sara_bringup', 'outdoors.launch', 'speed:=1.5', *arguments])
 
     def tearDown(self):
         self.launch.terminate()

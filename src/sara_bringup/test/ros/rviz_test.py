@@ -154,7 +154,7 @@ class RvizTest(unittest.TestCase):
             self.heard.pop(name, None)
             self.screen.drag(key, pose)
             try:
-                wait(lambda: name in self.heard, 5, f'a message after key {key}')
+                wait(lambda: name in self.heard, 20, f'a message after key {key}')
             except AssertionError:
                 continue
             came = self.pose_of(name)

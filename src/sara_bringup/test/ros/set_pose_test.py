@@ -2,6 +2,7 @@
 """/set_pose at rest turns IMU, filter and tf together; a turn afterwards adds what the chair turned."""
 
 import math
+import time
 import unittest
 
 import actionlib
@@ -19,6 +20,7 @@ from sara_bringup.ros.goals import goal_at
 from sara_common.planar import wrap, yaw_of
 
 YAW = 1.0
+PATIENCE_S = 30.0  # of wall time, until all know of the pose
 
 
 class SetPoseTest(unittest.TestCase):
@@ -33,12 +35,17 @@ class SetPoseTest(unittest.TestCase):
             )
         rospy.wait_for_message('/imu/data', Imu)
         rospy.wait_for_message('/odometry/filtered', Odometry)
+        rospy.wait_for_message('/ground_truth', Odometry)
         rospy.sleep(1.0)
 
     def tf_yaw(self):
         return yaw_of(
             self.buffer.lookup_transform('map', 'base_link', rospy.Time(0), rospy.Duration(2.0)).transform.rotation
         )
+
+    def all_have_turned(self):
+        yaws = self.yaw['imu'], self.yaw['filtered'], self.tf_yaw()
+        return all(abs(wrap(yaw - YAW)) < 0.02 for yaw in yaws)
 
     def test_set_pose_then_a_quarter_turn(self):
         self.assertEqual(rospy.get_param('/move_base/lost_topic'), '')  # lost_topic:=none
@@ -54,6 +61,9 @@ class SetPoseTest(unittest.TestCase):
         message.pose.covariance = [1e-4 if k in (0, 7, 35) else 0.0 for k in range(36)]
         publisher.publish(message)
         rospy.sleep(1.0)
+        end = time.monotonic() + PATIENCE_S
+        while not self.all_have_turned() and time.monotonic() < end:
+            rospy.sleep(0.05)
         for _ in range(5):  # and it stays so
             self.assertAlmostEqual(self.yaw['imu'], YAW, delta=0.02)
             self.assertAlmostEqual(self.yaw['filtered'], YAW, delta=0.02)

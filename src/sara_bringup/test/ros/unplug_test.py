@@ -19,7 +19,7 @@ from sara_bringup.ros.goals import goal_at
 from sara_sim.srv import Fault
 
 sys.path.append(str(Path(__file__).resolve().parent / 'support'))
-from driving_chair import AT_REST, BRAKE, MOVING, SILENT_S, DrivingChair  # noqa: E402
+from driving_chair import BRAKE, MOVING, SILENT_S, DrivingChair  # noqa: E402
 
 OUT_S = 4.0
 
@@ -45,9 +45,9 @@ class UnplugTest(DrivingChair):
         out = rospy.ServiceProxy('/simulator/fault', Fault)('adapter_unplugged', f'duration: {OUT_S}')
         self.assertTrue(out.success, out.message)
         pulled_at = self.now()
-        self.wait(lambda: self.speed() < AT_REST, 3.0, 'the chair stands')
+        self.wait(lambda: self.stood_at(pulled_at), 3.0, 'the chair stands')
         # The answer of the service and the truth at 50 Hz blur the moment by a tenth of a second.
-        self.assertLess(self.now() - pulled_at, SILENT_S + before / BRAKE + 0.25 + 0.1)
+        self.assertLess(self.stood_at(pulled_at) - pulled_at, SILENT_S + before / BRAKE + 0.25 + 0.1)
         self.assertTrue(client.wait_for_result(rospy.Duration(3.0)))
         self.assertEqual(client.get_state(), GoalStatus.ABORTED)
         self.assertIn('because', client.get_goal_status_text())

@@ -1,5 +1,7 @@
 """The page with a fake chair behind it."""
 
+from fake_chair import SESSION
+
 from sara_hmi.browser.page import Page
 
 
@@ -33,11 +35,15 @@ class ChairPage(Page):
             lost_ms,
         )
 
+    def controls(self):
+        """Give the page the controls, and wait for a beat: what is pressed drives at once."""
+        self.chair.state['driver'] = SESSION
+        self.until('sara.chair.isDriver && sara.connection.hasBeat')
+
     def round_trip(self):
         """Wait until the page's timers have run a few times and all that it sent before has come to the fake chair."""
-        count = len(self.chair.frames('echo'))
         self.driver.execute_async_script(
             'const done = arguments[0]; let k = 4;const tick = () => (--k ? setTimeout(tick, 50) : done(true)); tick();'
         )
-        self.driver.execute_script('sara.connection.askedAt = null; sara.connection.ask()')
-        self.chair.wait(lambda: len(self.chair.frames('echo')) > count)
+        asked = self.until('(sara.connection.askedAt = null, sara.connection.ask(), sara.connection.askedAt)')
+        self.chair.wait(lambda: any(abs(frame['t'] - asked) < 1e-3 for frame in self.chair.frames('echo')))

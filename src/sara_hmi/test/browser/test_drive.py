@@ -25,7 +25,8 @@ def assert_at_rest(page):
 def test_the_stick_drives_with_the_newest_beat(page):
     page.load('drive')
     x, y = take_stick(page)
-    page.chair.wait_for('drive', count=8)
+    drives = page.chair.wait_for('drive', count=8)
+    page.chair.wait(lambda: page.chair.frames('drive')[-1]['n'] > drives[0]['n'])
     page.mouse('Released', x, y)
     assert_at_rest(page)
     frames = page.chair.frames('drive', 'halt')
@@ -142,8 +143,9 @@ def test_a_cut_connection_begins_at_rest(page):
 def test_frames_that_were_held_on_their_way_carry_old_beats(page):
     page.load('drive')
     take_stick(page)
-    page.limits()
     page.chair.hold()
+    page.until('sara.connection.seq > arguments[0] + 2', page.js('sara.connection.seq'))  # commands are on their way
+    page.limits()
     page.until('!sara.pump.isHeld')  # no echo and no answer: the page itself gives up
     page.until('performance.now() - sara.connection.beatAt < 40')  # beats still come
     held_until = page.chair.wait(lambda: page.chair.beat > newest_sent(page) + 8 and page.chair.beat)
@@ -184,6 +186,7 @@ def test_a_slow_connection_is_said_and_does_not_drive(page):
     page.limits()
     page.chair.answers_echo = False
     page.until('document.querySelector(".banner").textContent.startsWith("The connection is too slow")')
+    page.until('performance.now() - (sara.connection.askedAt ?? Infinity) > 500')  # no answer is on its way any more
     x, y = page.middle('#stick')
     page.mouse('Pressed', x, y, held=True)
     page.mouse('Moved', x, y - UP, held=True)
@@ -221,6 +224,7 @@ def test_a_held_arrow_drives_until_it_is_let_go(page, way, v, w):
 
 def test_a_tapped_arrow_drives_one_step(page):
     page.load('drive', arrows='step', step=0.5)
+    page.controls()
     page.click('.arrow-up')
     assert_at_rest(page)
     assert {(frame['v'], frame['w']) for frame in page.chair.frames('drive')} == {(0.7, 0.0)}
@@ -322,6 +326,7 @@ def test_meta_ends_what_is_held_for_macos_tells_of_no_key_let_go_meanwhile(page)
 
 def test_enter_with_meta_on_an_arrow_is_a_step(page):
     page.load('drive', step=0.5)
+    page.controls()
     page.driver.execute_script('document.querySelector(".arrow-up").focus()')
     page.cdp('Input.dispatchKeyEvent', type='rawKeyDown', modifiers=4, **META)
     page.cdp('Input.dispatchKeyEvent', type='keyDown', modifiers=4, **ENTER)
@@ -394,8 +399,12 @@ def test_who_drives_is_asked_for_the_controls_and_may_keep_them(page):
 def test_a_question_for_the_controls_goes_when_there_is_nothing_to_answer_any_more(page, end):
     page.load('drive')
     take_stick(page)
+    page.driver.execute_script(
+        'const question = document.getElementById("question");'
+        'sara.connection.addEventListener("asked", () => { window.shown = !question.hidden; })'
+    )
     page.chair.send({'op': 'asked', 'session': 9, 'name': 'Ana', 'seconds': 1.0 if end == 'its time is over' else 99})
-    page.until('!document.getElementById("question").hidden')
+    page.until('window.shown')
     if end == 'passed on':
         page.chair.state['driver'] = 9
     elif end == 'cut':

@@ -8,7 +8,7 @@ import pytest
 sys.path.append(str(Path(__file__).parent))
 from test_page import axe_source, check  # noqa: E402  pylint: disable=wrong-import-position
 
-PAINTED = 'sara.chair.image !== null && document.getElementById("map").width > 300'
+PAINTED = 'sara.chair.image !== null && sara.current.view.fitted && document.getElementById("map").width > 300'
 COLOURS = (
     '(() => { const c = document.getElementById("map"); const d = c.getContext("2d").getImageData(0, 0, c.width,'
     ' c.height).data; let n = 0; for (let k = 0; k < d.length; k += 4)'

@@ -14,10 +14,12 @@ import threading
 import time
 import unittest
 from types import SimpleNamespace
+from xmlrpc.client import ServerProxy
 
 import actionlib
 import aiohttp
 import numpy as np
+import rosgraph
 import rosnode
 import rospy
 import rostest
@@ -86,10 +88,27 @@ class Page:
             )
             await asyncio.sleep(0.01)
 
+    async def answer(self, v, w=0.0):
+        """What the server says to a command."""
+        seq = await self.drive(v, w)
+        return await self.until('ack', lambda frame: frame['seq'] == seq)
+
+    async def drive_in_time(self, v, w=0.0):
+        """Drive, anew while a machine that pauses makes the command come late; returns what the server says to it."""
+        end = time.monotonic() + PATIENCE_S
+        while (ack := await self.answer(v, w)).get('why') == 'error.drive_late':
+            assert time.monotonic() < end, 'every command comes late'
+        return ack
+
     async def take(self):
+        """Take the controls, and wait until the server knows that the robot listens."""
         await self.send('take')
         while not self.beat:
             await asyncio.sleep(0.01)
+        end = time.monotonic() + PATIENCE_S
+        while not (ack := await self.answer(0.0))['ok']:
+            assert time.monotonic() < end, ack
+            await asyncio.sleep(0.05)
 
 
 class Robot:
@@ -98,7 +117,7 @@ class Robot:
     def __init__(self):
         self.touched, self.stops, self.poses, self.profiles = [], [], [], []
         self.helps, self.overrides = [], []
-        self.goal = None
+        self.goal = self.ending = None
         self.listen_to_touch()
         rospy.Subscriber('/emergency_stop', Bool, lambda m: self.stops.append(m.data), tcp_nodelay=True)
         self.listen_to_poses()
@@ -132,13 +151,14 @@ class Robot:
         return TriggerResponse(success=not self.refusal, message=self.refusal)
 
     def _go(self, goal):
-        self.goal, self.ending = goal.target_pose.pose, None
+        self.goal = goal.target_pose.pose
         while not self.server.is_preempt_requested() and self.ending is None and not rospy.is_shutdown():
             time.sleep(0.01)
-        if self.ending is None:
+        ending, self.ending = self.ending, None  # not before: the server tells of a goal before it is begun here
+        if ending is None:
             self.server.set_preempted(text='Goal cancelled.')
-        elif self.ending:
-            self.server.set_aborted(text=self.ending)
+        elif ending:
+            self.server.set_aborted(text=ending)
         else:
             self.server.set_succeeded(text='Goal reached.')
 
@@ -206,10 +226,20 @@ class HmiTest(unittest.TestCase):
             self.assertLess(time.monotonic(), end, what)
             time.sleep(0.01)
 
+    @staticmethod
+    def is_sent(topic):
+        """Whether the server has somebody to whom it sends a topic."""
+        node = ServerProxy(rosgraph.Master('/hmi_test').lookupNode('/hmi'))
+        links = node.getBusInfo('/hmi_test')[2]
+        return any(direction == 'o' and name == topic for _, _, direction, _, name, *_ in links)
+
+    def stands(self):
+        """Whether the newest command is a zero."""
+        return bool(self.robot.touched) and self.robot.touched[-1][1:] == (0.0, 0.0)
+
     def ends_with_one_zero(self):
         """After each motion one zero, and none after another; a machine that pauses may put one in between."""
-        self.wait(lambda: self.robot.touched and self.robot.touched[-1][1:] == (0.0, 0.0), 'no zero at the end')
-        time.sleep(0.4)
+        self.wait(lambda: self.stands() and time.monotonic() - self.robot.touched[-1][0] > 0.4, 'no zero at the end')
         still = [motion[1:] == (0.0, 0.0) for motion in self.robot.touched]
         self.assertTrue(still[-1] and not still[0], self.robot.touched)
         self.assertFalse(any(a and b for a, b in zip(still, still[1:])), self.robot.touched)
@@ -218,6 +248,7 @@ class HmiTest(unittest.TestCase):
         async def test(page, _):
             self.assertEqual(page.welcome['role'], 'rider')
             await page.take()
+            await page.drive_in_time(0.5, -0.25)
             for _ in range(10):
                 await page.drive(0.5, -0.25)
                 await asyncio.sleep(0.03)
@@ -233,7 +264,7 @@ class HmiTest(unittest.TestCase):
     def test_a_command_is_repeated_and_ends_by_itself(self):
         async def test(page, _):
             await page.take()
-            await page.drive(1.0)
+            await page.drive_in_time(1.0)
             await asyncio.sleep(0.5)
 
         self.run_it(test)
@@ -243,18 +274,18 @@ class HmiTest(unittest.TestCase):
     def test_frames_that_were_held_move_nothing(self):
         async def test(page, _):
             await page.take()
-            await page.drive(1.0)
+            await page.drive_in_time(1.0)
             await asyncio.sleep(0.3)
             old = page.beat
             await asyncio.sleep(1.0)
+            self.wait(self.stands, 'the zero does not come')
             before = len(self.robot.touched)
             numbers = [await page.drive(1.0, beat=max(1, old - k % 9)) for k in range(40)]
             await page.until('ack', lambda f: f['seq'] == numbers[-1])
             acks = [f for f in page.got if f['op'] == 'ack' and f['seq'] in numbers]
             self.assertEqual({(f['ok'], f.get('why')) for f in acks}, {(False, 'error.drive_late')})
             self.assertEqual(len(self.robot.touched), before)
-            await page.drive(1.0)
-            refused = await page.until('ack', lambda f: f['seq'] == page.seq)
+            refused = await page.drive_in_time(1.0)
             self.assertEqual(refused.get('why'), 'error.drive_lift')
 
         self.run_it(test)
@@ -263,7 +294,7 @@ class HmiTest(unittest.TestCase):
     def test_a_page_that_is_cut_off_stops(self):
         async def test(page, other):
             await page.take()
-            await page.drive(1.0)
+            await page.drive_in_time(1.0)
             page.socket._response.connection.transport.abort()  # as kill -9 does
             await other.until('driver', lambda f: f['session'] is None)
 
@@ -282,8 +313,7 @@ class HmiTest(unittest.TestCase):
             await one.send('grant', session=asked['session'])
             await two.until('driver', lambda f: f['session'] == two.welcome['session'])
             await two.until('beat')
-            await two.drive(-1.0)
-            await two.until('ack', lambda f: f['ok'])
+            self.assertTrue((await two.drive_in_time(-1.0))['ok'])
 
         self.run_it(test)
         self.ends_with_one_zero()
@@ -292,12 +322,11 @@ class HmiTest(unittest.TestCase):
     def test_stop_and_reset(self):
         async def test(page, other):
             await page.take()
-            await page.drive(1.0)
+            await page.drive_in_time(1.0)
             await other.send('stop')
             await page.until('state', lambda f: f['stopped'])
             self.wait(lambda: self.robot.stops[-1:] == [True], 'no emergency stop')
-            await page.drive(1.0)
-            refused = await page.until('ack', lambda f: not f['ok'])
+            refused = await page.drive_in_time(1.0)
             self.assertEqual(refused['why'], 'error.drive_stopped')
             self.robot.refusal = 'The emergency stop is released only when the chair stands still.'
             await page.send('reset')
@@ -325,6 +354,8 @@ class HmiTest(unittest.TestCase):
             await other.send('stop')
             error = await page.until('error')
             self.assertEqual((error['key'], error['of']), ('error.reset_pressed', 'reset'))
+            self.wait(lambda: self.robot.stops[-1], 'no second stop')
+            await asyncio.sleep(0.2)
             self.assertIs(self.robot.stops[-1], True)
             self.robot.refusal, since = '', len(page.got)
             await page.send('reset')
@@ -336,8 +367,8 @@ class HmiTest(unittest.TestCase):
         async def test(page, other):
             await page.take()
             for op in ('stop', 'cancel'):
-                self.robot.goal, since = None, len(page.got)
-                await page.drive(1.0)
+                self.robot.goal = None
+                self.assertTrue((await page.drive_in_time(1.0))['ok'])
                 await page.send('halt', seq=page.seq + 1)
                 page.seq += 1
                 await page.send('go', pose=[0.0, 0.0, 1.0])
@@ -345,6 +376,7 @@ class HmiTest(unittest.TestCase):
                 await asyncio.sleep(1.0)  # longer than settle_s
                 self.assertIsNone(self.robot.goal)
                 if op == 'stop':
+                    since = len(page.got)
                     await page.send('reset')
                     await page.until('state', lambda f: not f['stopped'], since)
 
@@ -449,7 +481,10 @@ class HmiTest(unittest.TestCase):
             self.wait(lambda: plans.get_num_connections() > 0, 'nobody listens to the plan')
             await page.send('go', pose=[2.0, 0.0, 0.0])
             self.wait(self.robot.server.is_active, 'no goal comes')
-            plans.publish(plan)
+            end = time.monotonic() + PATIENCE_S
+            while not any(f['op'] == 'plan' and f['points'] for f in page.got) and time.monotonic() < end:
+                plans.publish(plan)  # as move_base does; a status from before the goal may come after the first
+                await asyncio.sleep(0.1)
             await page.until('plan', lambda f: len(f['points']) == 2)
             since = len(page.got)
             self.robot.ending = ''
@@ -481,9 +516,10 @@ class HmiTest(unittest.TestCase):
             state = await page.until('state', lambda f: f['gate'] and f['gate']['state'] == 'SILENT', since)
             self.assertFalse(state['connected']['safety_gate/status'])
             await page.until('profile', lambda f: f['profile'] == 'brisk', since)
+            since = len(page.got)
             await page.send('profile', name='gentle')
             self.assertEqual((await page.until('error'))['key'], 'error.no_gate')
-            await page.until('profile', lambda f: f['profile'] == 'brisk', len(page.got))
+            await page.until('profile', lambda f: f['profile'] == 'brisk', since)
             since = len(page.got)
             self.robot.status = rospy.Publisher('/safety_gate/status', String, queue_size=1, latch=True)
             self.robot.status.publish('The chair is ready.')
@@ -497,6 +533,7 @@ class HmiTest(unittest.TestCase):
             lives = threading.Event()
             lives.set()
             diagnostics = rospy.Publisher('/diagnostics', DiagnosticArray, queue_size=1)
+            self.wait(diagnostics.get_num_connections, 'nobody listens to the diagnostics')
 
             def beat():
                 while not self.robot.end.wait(0.2):
@@ -504,7 +541,7 @@ class HmiTest(unittest.TestCase):
                         diagnostics.publish(DiagnosticArray())
 
             threading.Thread(target=beat, daemon=True).start()
-            await page.until('state', lambda f: f['gate']['state'] == 'IDLE')
+            await page.until('state', lambda f: f['gate'] and f['gate']['state'] == 'IDLE')
             await asyncio.sleep(1.0)
             lives.clear()
             await page.until('state', lambda f: f['gate']['state'] == 'SILENT', len(page.got))
@@ -516,21 +553,23 @@ class HmiTest(unittest.TestCase):
     def test_where_nobody_takes_the_commands_they_are_refused(self):
         silent = self.robot.mux_is_gone
 
-        async def drives_until(page, ok):
-            since = len(page.got)
-            while not (found := [f for f in page.got[since:] if f['op'] == 'ack' and f['ok'] == ok]):
-                await page.drive(0.5)
+        async def drives_until(page, why):
+            """Drive until the server says so, None: that it obeys; then lift the finger."""
+            end = time.monotonic() + PATIENCE_S
+            while (ack := await page.drive_in_time(0.5)).get('why') != why:
+                self.assertLess(time.monotonic(), end, ack)
                 await asyncio.sleep(0.1)
-            return found[0]
+            page.seq += 1
+            await page.send('halt', seq=page.seq)
+            await page.until('ack', lambda f: f['seq'] == page.seq)
 
         async def test(page, _):
             await page.take()
             for end, begin in ((self.robot.touch.unregister, self.robot.listen_to_touch), (silent.set, silent.clear)):
                 end()
-                refused = await drives_until(page, ok=False)
-                self.assertEqual(refused['why'], 'error.drive_unheard')
+                await drives_until(page, 'error.drive_unheard')
                 begin()
-                await drives_until(page, ok=True)
+                await drives_until(page, None)
 
         self.run_it(test)
         self.ends_with_one_zero()
@@ -577,9 +616,10 @@ class HmiTest(unittest.TestCase):
         self.run_it(test)
 
     def test_an_order_for_which_there_is_no_room_is_refused(self):
-        hold = threading.Event()
+        begun, hold = threading.Event(), threading.Event()
 
         def save(_request):
+            begun.set()
             hold.wait(PATIENCE_S)
             return TriggerResponse(True, '/maps/flat.yaml')
 
@@ -587,6 +627,7 @@ class HmiTest(unittest.TestCase):
             service = rospy.Service('slam_gmapping/save', Trigger, save)
             await page.until('state', lambda f: f['maps'])
             await page.send('save_map')
+            self.wait(begun.is_set, 'the map is not saved')
             for _ in range(80):
                 await page.send('say', key='goal.going')
             await page.send('go', pose=[1.0, 0.0, 0.0])
@@ -647,7 +688,7 @@ class HmiTest(unittest.TestCase):
     def test_a_pose_that_nobody_takes_is_refused(self):
         async def test(page, _):
             self.robot.set_pose.unregister()
-            await asyncio.sleep(0.5)
+            self.wait(lambda: not self.is_sent('/set_pose'), 'the server does not see that nobody listens')
             await page.send('pose', pose=[1.0, -1.0, 0.5])
             await page.until('error', lambda f: f['key'] == 'error.pose_kept')
             self.robot.listen_to_poses()
@@ -800,8 +841,13 @@ class HmiTest(unittest.TestCase):
                     await bridge.send_json({'op': 'publish', 'topic': '/emergency_stop', 'msg': {'data': False}})
                     await asyncio.sleep(0.05)
                 self.assertIs(self.robot.stops[-1], False)
-                refused = await ask(op='advertise', topic='/cmd_vel/touch', type='geometry_msgs/Twist')
-                self.assertIn('not on the list', json.loads(refused.data)['msg'])
+                await bridge.send_json({'op': 'advertise', 'topic': '/cmd_vel/touch', 'type': 'geometry_msgs/Twist'})
+                refused = None
+                while refused is None or refused['op'] != 'status':  # diagnostics may still have been on their way
+                    came = await asyncio.wait_for(bridge.receive(), PATIENCE_S)
+                    self.assertFalse(bridge.closed)
+                    refused = json.loads(came.data) if came.type == aiohttp.WSMsgType.TEXT else None
+                self.assertIn('not on the list', refused['msg'])
 
         self.run_it(test)
         self.assertEqual(self.robot.touched, [])

@@ -7,6 +7,7 @@ import dataclasses
 import os
 import subprocess
 import sys
+import time
 import unittest
 from pathlib import Path
 
@@ -89,9 +90,12 @@ class OverRosTest(unittest.TestCase):
             running('rosmaster', '--core', '-p', port, env=env) as master,
             subprocess.Popen(asks, env=env, stdout=subprocess.PIPE, text=True) as node,
         ):
+            there, end = rosgraph.Master('/over_ros_test', env['ROS_MASTER_URI']), time.monotonic() + 60.0
+            while not there.is_online() and time.monotonic() < end:
+                time.sleep(0.1)
             with self.assertRaises(subprocess.TimeoutExpired):
                 node.wait(4.0)
-            rosgraph.Master('/over_ros_test', env['ROS_MASTER_URI']).setParam('/use_sim_time', True)
+            there.setParam('/use_sim_time', True)
             self.assertEqual(node.communicate(timeout=60.0)[0], 'ready\n')
             self.assertEqual(node.returncode, 0)
             master.terminate()  # it does not mind an interrupt

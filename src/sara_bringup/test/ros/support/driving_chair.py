@@ -16,12 +16,17 @@ class DrivingChair(unittest.TestCase):
 
     @classmethod
     def setUpClass(cls):
-        cls.truth = None
-        rospy.Subscriber(
-            '/ground_truth', Odometry, lambda message: setattr(cls, 'truth', message), queue_size=1, tcp_nodelay=True
-        )
+        cls.truth, cls.speeds = None, []
+        rospy.Subscriber('/ground_truth', Odometry, cls.hear, tcp_nodelay=True)
         rospy.wait_for_message('/imu/data', Imu)
         rospy.wait_for_message('/odometry/filtered', Odometry)
+        rospy.wait_for_message('/ground_truth', Odometry)
+
+    @classmethod
+    def hear(cls, message):
+        """A truth; of each it is kept when it was, and how fast the chair."""
+        cls.truth = message
+        cls.speeds.append((message.header.stamp.to_sec(), abs(message.twist.twist.linear.x)))
 
     def speed(self):
         """True speed, m/s."""
@@ -30,6 +35,10 @@ class DrivingChair(unittest.TestCase):
     def now(self):
         """Time of the newest truth, s: the call of a service must not blur when the chair stopped."""
         return self.truth.header.stamp.to_sec()
+
+    def stood_at(self, since):
+        """Time of the first truth from then on in which the chair stands, s; None before it comes."""
+        return next((t for t, speed in self.speeds if t >= since and speed < AT_REST), None)
 
     def wait(self, condition, seconds, what):
         """Until condition() holds; the test fails after so many seconds."""
