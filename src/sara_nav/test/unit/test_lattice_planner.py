@@ -198,15 +198,22 @@ def test_a_door_that_is_too_narrow_is_none():
         plan_of(door(0.6), *ENDS)
 
 
-def test_a_door_that_leaves_no_hard_margin_is_passed_with_the_least_one():
-    """Of 0.80 m, with 0.60 + 2 x 0.01 m of body, it leaves 0.09 m at each side."""
+@pytest.mark.parametrize(('hard', 'kept'), [(0.10, 0.08), (0.14, 0.06)])
+def test_a_door_that_leaves_no_hard_margin_is_passed_with_less_of_it(hard, kept):
+    """Of 0.80 m, with 0.60 + 2 x 0.01 m of body, it leaves 0.09 m at each side: half-way to the least margin of 0.06 m
+    is little enough, or is not.
+    """
     costmap = door(0.8)
     with pytest.raises(PlanError, match='no way'):
-        plan_of(costmap, *ENDS, hard_margin=0.10)
-    plan = plan_of(costmap, *ENDS, hard_margin=0.10, least_margin=0.06)
-    check(plan, costmap, *ENDS, footprint=pad_footprint(np.array(FOOTPRINT), 0.01 + 0.06))
-    # As if it were the hard one, and for nothing where that one is kept.
-    assert np.array_equal(plan, plan_of(costmap, *ENDS, hard_margin=0.06))
+        plan_of(costmap, *ENDS, hard_margin=hard)
+    plan = plan_of(costmap, *ENDS, hard_margin=hard, least_margin=0.06)
+    check(plan, costmap, *ENDS, footprint=pad_footprint(np.array(FOOTPRINT), 0.01 + kept))
+    assert np.array_equal(plan, plan_of(costmap, *ENDS, hard_margin=kept))
+
+
+def test_the_least_margin_is_for_nothing_where_the_hard_one_is_kept():
+    costmap = door(0.8)
+    plan = plan_of(costmap, *ENDS, hard_margin=0.06)
     assert np.array_equal(plan, plan_of(costmap, *ENDS, hard_margin=0.06, least_margin=0.02))
     assert np.array_equal(plan, plan_of(costmap, *ENDS, hard_margin=0.06, least_margin=0.20))
 

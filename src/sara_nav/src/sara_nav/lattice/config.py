@@ -28,21 +28,21 @@ class LatticePlannerConfig:
     between the plan's points. speed, turn_rate: what moves are timed with. reverse_factor: how many times dearer a path
     astern is. turn_cost: of beginning a turn in place. gear_cost: of changing between ahead and astern. hard_margin:
     the body comes no nearer to an obstacle, beyond the padding its footprint has. least_margin: how near it may come
-    where no path keeps hard_margin; 0: no nearer. clearance, clearance_weight: nearer than clearance a path takes up to
-    1 + clearance_weight times as long, by the fourth power of the share that is missing. turning_room,
-    turning_room_weight: the room wanted round the circle that turning in place sweeps, and how many times longer a turn
-    takes, by the square, without any. narrow, run_up, run_up_cost: a leg whose ends are nearer than run_up to where the
-    gap is less than narrow costs up to run_up_cost more at each end, so that doors are approached straight. blind,
-    beside, blind_weight: a turn or an arc takes up to 1 + blind_weight times as long with something nearer than blind
-    before the front or behind the rear, where sensors do not measure; so does a turn in place with something nearer
-    than beside, which is at most blind. smooth: move corners to where the path takes less time, and round them where
-    there is room. bend_deviation: how far bends may leave their arcs to begin and end gently, where the gap is
-    clearance or more; evenly less down to a gap of curve_margin, where they may not; 0: never. curve_radius: m of the
-    least arc by which turns in place become turns while driving, where that takes less time; 0: none do. curve_margin:
-    gap on such arcs, and that gentle bends leave. curve_stop: s that stopping to turn in place takes then. max_vel_x
-    ... ahead_stop_distance: how the local planner drives, by which such paths are timed; see RotateThenPursueConfig.
-    greed: how much more the search, whose path is then made straight, minds what is left than what is behind.
-    max_expansions: states looked at before it gives up.
+    where no path keeps hard_margin, nor half-way to this; 0: no nearer. clearance, clearance_weight: nearer than
+    clearance a path takes up to 1 + clearance_weight times as long, by the fourth power of the share that is missing.
+    turning_room, turning_room_weight: the room wanted round the circle that turning in place sweeps, and how many times
+    longer a turn takes, by the square, without any. narrow, run_up, run_up_cost: a leg whose ends are nearer than
+    run_up to where the gap is less than narrow costs up to run_up_cost more at each end, so that doors are approached
+    straight. blind, beside, blind_weight: a turn or an arc takes up to 1 + blind_weight times as long with something
+    nearer than blind before the front or behind the rear, where sensors do not measure; so does a turn in place with
+    something nearer than beside, which is at most blind. smooth: move corners to where the path takes less time, and
+    round them where there is room. bend_deviation: how far bends may leave their arcs to begin and end gently, where
+    the gap is clearance or more; evenly less down to a gap of curve_margin, where they may not; 0: never. curve_radius:
+    m of the least arc by which turns in place become turns while driving, where that takes less time; 0: none do.
+    curve_margin: gap on such arcs, and that gentle bends leave. curve_stop: s that stopping to turn in place takes
+    then. max_vel_x ... ahead_stop_distance: how the local planner drives, by which such paths are timed; see
+    RotateThenPursueConfig. greed: how much more the search, whose path is then made straight, minds what is left than
+    what is behind. max_expansions: states looked at before it gives up.
     """
 
     allow_unknown: bool = False

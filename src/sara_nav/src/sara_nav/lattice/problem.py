@@ -71,33 +71,32 @@ class Problem:
         return seconds < math.inf
 
     def plan(self, start: Pose2D, goal: Pose2D) -> np.ndarray:
-        """Return the plan (n, 3), x, y, yaw, that keeps hard_margin, or where there is none, one that keeps
-        least_margin; raises PlanError.
+        """Return the plan (n, 3), x, y, yaw, that keeps hard_margin, or where there is none, one that keeps less, down
+        to least_margin; raises PlanError.
         """
         start, goal = _floats(start), _floats(goal)
+        problems = self._by_margin()
         try:
-            return self._plan(start, goal)
-        except PlanError:
-            closest = self._closest()
-            if closest is self:
-                raise
-            try:
-                return closest._plan(start, goal)
-            finally:
-                self.expanded += closest.expanded
+            for problem in problems[:-1]:
+                with contextlib.suppress(PlanError):
+                    return problem._plan(start, goal)
+            return problems[-1]._plan(start, goal)
+        finally:
+            self.expanded += sum(problem.expanded for problem in problems[1:])
 
     def explore(self, start: Pose2D) -> np.ndarray:
         """Return bool (rows, columns) of the cells that the circle within the body comes to from a pose."""
-        wave = self.field.wave_from([(start.x, start.y, 0.0)], self._closest()._pace)
+        wave = self.field.wave_from([(start.x, start.y, 0.0)], self._by_margin()[-1]._pace)
         reached = wave < FAR
         return reached[:-1, :-1] | reached[:-1, 1:] | reached[1:, :-1] | reached[1:, 1:]
 
-    def _closest(self):
-        """The Problem whose plans keep least_margin alone: this one, where that is 0 or no less than hard_margin."""
-        least = self.config.least_margin
-        if not 0.0 < least < self.config.hard_margin:
-            return self
-        return self._other(hard_margin=least)
+    def _by_margin(self):
+        """This Problem, and where least_margin is less than hard_margin and not 0, those whose plans keep half-way
+        between the two, and least_margin.
+        """
+        hard, least = self.config.hard_margin, self.config.least_margin
+        less = (0.5 * (hard + least), least) if 0.0 < least < hard else ()
+        return [self, *(self._other(hard_margin=margin) for margin in less)]
 
     def _other(self, **parameters):
         """The same Problem by other parameters."""
