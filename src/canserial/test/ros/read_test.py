@@ -375,7 +375,6 @@ class ReadTest(unittest.TestCase):
             '_save_calibration:=true',
             f'_calibration_file:={path}',
         )
-        rospy.wait_for_service('/starting/read/reload_gain', 30.0)  # what is calibrated before that is not saved
 
         def saved():
             with open(path, encoding='utf-8') as file:

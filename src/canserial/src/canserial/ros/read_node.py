@@ -67,6 +67,7 @@ class ReadNode:
             )
         self.gain_is_given = config.gain is not None
         self.reader = Reader(config, bus, calibration_store.load_at_start(self.file, config), compass)
+        self.at_start = self.reader.ready, self.reader.calibration  # frames come before `run` begins
         self.lock = threading.Lock()
         self.imu_frame = rospy.get_param('~imu_frame', 'base_link')
         self.map_frame = rospy.get_param('~map_frame', 'map').lstrip('/')
@@ -239,7 +240,7 @@ class ReadNode:
 
     def run(self) -> None:
         """Diagnostics once a second of wall time until ROS shuts down."""
-        restarts, ready, waits, awaited = 0, self.reader.ready, False, self.reader.calibration
+        restarts, waits, (ready, awaited) = 0, False, self.at_start
         while not self.stopping.wait(1.0):
             with self.lock:
                 status = status_of(self.reader, rospy.get_time())
