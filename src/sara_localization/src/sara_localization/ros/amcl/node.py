@@ -40,11 +40,13 @@ MAP_RETRY = 0.5
 
 
 class AmclNode:
-    """Callbacks share one lock."""
+    """Callbacks share one lock. What is on the parameter server has one of its own, taken after that one: nobody reads
+    half a pose there.
+    """
 
     def __init__(self, config: AmclConfig):
         self.config, self.amcl, self.lock = config, Amcl(config, rospy.logwarn), threading.RLock()
-        self.outputs, self.known = Outputs(config), saved()
+        self.outputs, self.known, self.saving = Outputs(config), saved(), threading.Lock()
         self.waiting = None  # while tf comes before the rest is there
         self.transforms = Tf2Transforms(on_news=self.on_transforms)
         self.waiting = WaitingScans(self.transforms, lambda sentence: self.amcl.trouble('no_transform', sentence))
@@ -108,9 +110,10 @@ class AmclNode:
             except ValueError as error:
                 rospy.logwarn_throttle_identical(PATIENCE, f'the map is not used: {error}')
                 return str(error)
-            now = saved()
-            if now != self.known:
+            with self.saving:
+                now, before = saved(), self.known
                 self.known = now
+            if now != before:
                 self._start_at_saved(now)
         return ''
 
@@ -182,8 +185,9 @@ class AmclNode:
         if belief is None or odometry is None or self.config.save_pose_rate <= 0.0:
             return
         try:
-            save(offset @ odometry, belief)
-            self.known = saved()
+            with self.saving:
+                save(offset @ odometry, belief)
+                self.known = saved()
         except OSError as error:  # the master is gone
             rospy.logwarn_throttle(PATIENCE, 'the pose is not saved for the next start: %s', error)
 
