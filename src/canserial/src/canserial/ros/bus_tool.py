@@ -37,7 +37,7 @@ class BusTool:
         bus = BusDescription.named(options.dbc) if options.dbc else BusDescription.default()
         self.reader = Reader(config, bus, stored)
         self.lock = threading.Lock()
-        rospy.Subscriber('canrx', CAN, self.on_can, queue_size=1000, tcp_nodelay=True)
+        rospy.Subscriber('canrx', CAN, self.on_can, tcp_nodelay=True)  # of a full queue frames would be lost unseen
 
     def on_can(self, message: CAN) -> None:
         """A frame to the reader."""

@@ -81,7 +81,7 @@ class ReadNode:
             if self.reader.compass.filter is None:
                 rospy.logwarn('the compass is not calibrated, so there is no heading: %s', CALIBRATE)
         rospy.Subscriber('set_pose', PoseWithCovarianceStamped, self.on_set_pose, queue_size=10, tcp_nodelay=True)
-        rospy.Subscriber('canrx', CAN, self.on_can, queue_size=1000, tcp_nodelay=True)
+        rospy.Subscriber('canrx', CAN, self.on_can, tcp_nodelay=True)  # of a full queue frames would be lost unseen
         rospy.Service('~calibrate', Trigger, self.on_calibrate)
         rospy.Service('~reload_gain', Trigger, self.on_reload_gain)
         on_shutdown(self.stopping.set)
