@@ -543,6 +543,19 @@ def test_what_fans_of_readings_went_through_is_free_up_to_what_stands_there():
     assert known_free(SonarConfig(), heard, post, places[:0]).tolist() == []
 
 
+@pytest.mark.parametrize('turned', (0.2, 0.4, 0.25 * math.pi))
+def test_nothing_slips_through_a_slanting_wall(turned):
+    """Its cells touch each other by their corners."""
+    c, s = math.cos(turned), math.sin(turned)
+    along = np.arange(-2.0, 2.0, 0.05)
+    wall, behind = (np.column_stack((c * along - s * y, s * along + c * y)) for y in (0.0, 0.3))
+    heard = side(np.linspace(-1.0, 1.0, 200), -1.0)
+    x, y, axis = heard.sensors.T
+    heard = Heard(np.column_stack((c * x - s * y, s * x + c * y, axis + turned)), np.full(200, 1.6))
+    assert known_free(SonarConfig(), heard, np.empty((0, 2)), behind).sum() > 30
+    assert not known_free(SonarConfig(), heard, wall, behind).any()
+
+
 @pytest.mark.parametrize('looked', (False, True))
 def test_two_walls_meet_in_a_corner_unless_somebody_looked_through(looked):
     walls = np.array([[-0.5 * math.pi, -1.0], [math.pi, -1.0]])  # y = 1 seen from below, x = 1 seen from the left

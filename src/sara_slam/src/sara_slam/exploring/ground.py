@@ -71,13 +71,3 @@ def paste(source: np.ndarray, corner: tuple[int, int], target: np.ndarray, other
     x1, y1 = min(dx + source.shape[1], target.shape[1]), min(dy + source.shape[0], target.shape[0])
     if x1 > x0 and y1 > y0:
         target[y0:y1, x0:x1] = source[y0 - dy : y1 - dy, x0 - dx : x1 - dx]
-
-
-def without_slits(walls: np.ndarray) -> np.ndarray:
-    """The cells of walls (bool (rows, columns)), and those beside where two of them touch by a corner alone: a ray
-    would pass there.
-    """
-    closed = walls.copy()
-    closed[:-1, 1:] |= walls[:-1, :-1] & walls[1:, 1:]
-    closed[:-1, :-1] |= walls[:-1, 1:] & walls[1:, :-1]
-    return closed

@@ -31,12 +31,13 @@ from sara_slam.exploring.cones import (
 )
 from sara_slam.exploring.frontiers import Frontier, cells_of, frontier_at
 from sara_slam.exploring.gains import Gains, Listening
-from sara_slam.exploring.ground import filled, large_patches, paste, with_obstacles, without_slits
+from sara_slam.exploring.ground import filled, large_patches, paste, with_obstacles
 from sara_slam.exploring.pace import Pace
 from sara_slam.exploring.passed import Passed
 from sara_slam.exploring.tried_places import TriedPlaces
 from sara_slam.exploring.viewpoints import Surroundings
 from sara_slam.exploring.wall_normals import with_normals
+from sara_slam.sonar.free_space import without_slits
 
 EVERY, HEADINGS = 4, 16
 """Cells between places where the robot may stand, and its headings there."""

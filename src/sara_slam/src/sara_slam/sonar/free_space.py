@@ -52,7 +52,8 @@ class Sheet(NamedTuple):
         angle, reach = angle + np.tile(fan, len(heard.ranges)), np.repeat(reach, len(fan))
         rays = np.column_stack((x, y, np.cos(angle), np.sin(angle), reach))
         distances = np.arange(0.0, config.range_max_range, 0.5 * self.size)
-        _go_through(rays, distances, (self.size, *self.low.tolist()), self.data)
+        stops = without_slits(self.data == OCCUPIED)
+        _go_through(rays, distances, (self.size, *self.low.tolist()), stops, self.data)
 
     def grid(self) -> GridMap:
         """The map."""
@@ -69,10 +70,20 @@ def known_free(config: SonarConfig, heard: Heard, before: np.ndarray, places: np
     return sheet.data[sheet.cells(places)] == FREE
 
 
+def without_slits(walls: np.ndarray) -> np.ndarray:
+    """The cells of walls (bool (rows, columns)), and those beside where two of them touch by a corner alone: a ray
+    would pass there.
+    """
+    closed = walls.copy()
+    closed[:-1, 1:] |= walls[:-1, :-1] & walls[1:, 1:]
+    closed[:-1, :-1] |= walls[:-1, 1:] & walls[1:, :-1]
+    return closed
+
+
 @kernel
-def _go_through(rays, distances, cells, data):
-    """Put FREE into data along rays (n, 5): x, y, direction (x, y) and reach, m. distances: at which is looked; cells:
-    their size, m, and the lowest column and row.
+def _go_through(rays, distances, cells, stops, data):
+    """Put FREE into data along rays (n, 5): x, y, direction (x, y) and reach, m, up to where stops is True. distances:
+    at which is looked; cells: their size, m, and the lowest column and row.
     """
     size, low_column, low_row = cells
     for n in range(len(rays)):
@@ -82,11 +93,11 @@ def _go_through(rays, distances, cells, data):
                 break
             column = int(math.floor((x + distance * dx) / size)) - low_column
             row = int(math.floor((y + distance * dy) / size)) - low_row
-            if data[row, column] == OCCUPIED:
+            if stops[row, column]:
                 break
             data[row, column] = FREE
 
 
 def warm() -> None:
     """Compile, or load from the cache, the kernel for the types it is called with."""
-    _go_through(np.zeros((1, 5)), np.zeros(1), (0.05, 0, 0), np.zeros((1, 1), np.int8))
+    _go_through(np.zeros((1, 5)), np.zeros(1), (0.05, 0, 0), np.zeros((1, 1), np.bool_), np.zeros((1, 1), np.int8))
