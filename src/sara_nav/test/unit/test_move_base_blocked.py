@@ -150,6 +150,20 @@ def test_it_is_turned_back_where_the_plan_is_blocked_and_led_on_by_the_new_plan(
     assert len(robot.plans) == 2
 
 
+@pytest.mark.parametrize(('aside', 'plans'), [(0.06, 1), (0.0, 2), (-0.06, 2)])
+def test_a_new_plan_on_a_new_map_is_taken_but_for_one_that_leaves_less_room(aside, plans):
+    """Something stands 0.16 m beside the plan that is driven."""
+    robot = Robot(replan_when_blocked=True)
+    robot.go(4.0)
+    x = robot.pose.x
+    robot.put(x + 1.0, 1.45)
+    way = np.array([(x + 0.1 * k, 1.0 + aside, 0.0) for k in range(40)])
+    robot.machine.global_planner.plan = lambda costmap_, start, goal: way
+    robot.machine.replan()
+    robot.go(0.1)
+    assert len(robot.plans) == plans
+
+
 def test_where_the_new_map_leaves_no_way_it_stands():
     robot = Robot(replan_when_blocked=True)
     new_map(robot)

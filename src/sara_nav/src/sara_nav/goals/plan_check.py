@@ -6,6 +6,7 @@ import numpy as np
 
 from ahead_of_time import kernel
 from sara_common.planar import Pose2D
+from sara_nav.grids.clearance import room
 from sara_nav.grids.collision import LocalWorld
 from sara_nav.planners.planning import distances_along
 
@@ -13,6 +14,10 @@ AHEAD = 1.0
 """The robot is looked for on the next so many metres of its plan."""
 BEGIN = 0.3
 """m of a plan that tell which way it leaves."""
+NEXT, NEAR, LESS = 2.0, 0.2, 0.01
+"""m of plans of which it is compared how near they come to obstacles, the gap from which on nothing is near, and how
+much less room is less, m.
+"""
 
 
 class PlanWatch:
@@ -55,11 +60,23 @@ class PlanWatch:
         ahead, back = _way_out(self._plan[self._at :]), _way_out(other)
         return ahead is not None and back is not None and float(ahead @ back) < 0.0
 
+    def leaves_less_room(self, other: np.ndarray, world: LocalWorld) -> bool:
+        """Whether another plan (n, 3) from where the robot is soon comes nearer to obstacles on a LocalWorld of the
+        global costmap than this one does from there on.
+        """
+        return self._plan is not None and _least_gap(other, world) < _least_gap(self._plan[self._at :], world) - LESS
+
 
 def _way_out(plan):
     """(2,) m: where a plan (n, 3) leads in its first BEGIN; None for a shorter one."""
     there = np.flatnonzero(distances_along(plan) >= BEGIN)
     return plan[there[0], :2] - plan[0, :2] if len(there) else None
+
+
+def _least_gap(plan, world):
+    """m between the footprint and what is nearest to it on the next part of a plan (n, 3); NEAR at most."""
+    gaps = room(world, plan[distances_along(plan) <= NEXT], False, 0.0, NEAR).gap
+    return min(float(gaps.min()), NEAR)
 
 
 @kernel

@@ -90,11 +90,14 @@ class PlanMaker:
 
     def _keeps(self, plan, pose):
         """Whether the robot goes on by the plan that it has: it is free on the new map, too, and the new one leads
-        back. What one place alone sees on the way would have it go to and fro, map by map.
+        back, or comes nearer to obstacles. What one place alone sees on the way would have it go to and fro, map by
+        map; and made anew in the bend before a door, a plan leads through it askew.
         """
         self._watch.follow(pose)
-        blocked = self._watch.blocked(self._costmaps.to_plan_on(self.unknown_blocks))
-        return blocked is None and self._watch.turns_back(plan)
+        world = self._costmaps.to_plan_on(self.unknown_blocks)
+        if self._watch.blocked(world) is not None:
+            return False
+        return self._watch.turns_back(plan) or self._watch.leaves_less_room(plan, world)
 
     def plan(self, start: Pose2D, goal: Pose2D) -> np.ndarray:
         """Return a plan (n, 3) from one Pose2D to another on the global costmap. Raises PlanError."""
