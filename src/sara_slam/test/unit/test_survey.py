@@ -328,14 +328,17 @@ def test_gaps_between_what_sensors_have_told_are_no_border_and_the_body_may_be_t
     assert (found.ground.costs == UNKNOWN).any() and found.expected().any()
 
 
-@pytest.mark.parametrize('rows, driven', ((range(30, 39), False), (range(30, 42), True)))
-def test_it_drives_for_half_a_metre_of_border_at_least(monkeypatch, rows, driven):
-    """Of the border of a hall it hears 0.45 m, and 0.60 m."""
+@pytest.mark.parametrize(
+    'rows, driven', ((range(30, 33), (False, False)), (range(30, 39), (True, False)), (range(30, 42), (True, True)))
+)
+def test_it_drives_for_half_a_metre_of_border_and_for_less_where_that_is_all(monkeypatch, rows, driven):
+    """Of the border of a hall it hears 0.15 m, 0.45 m, and 0.60 m; it stands, or is on its way elsewhere."""
     found, ground = survey(), hall()
     found.on_costmap(ground, [])
     heard, width = found._heard, ground.geometry.width
     monkeypatch.setattr(found, '_heard', lambda poses: np.where(np.isin(heard(poses) // width, rows), heard(poses), -1))
-    assert (found.choose(planner(), FOOTPRINT, START, False) is not None) == driven
+    choices = [found.choose(planner(), FOOTPRINT, START, under_way) for under_way in (False, True)]
+    assert tuple(choice is not None for choice in choices) == driven
 
 
 def test_a_frontier_whose_own_cells_are_no_border_is_where_they_are(monkeypatch):

@@ -22,13 +22,7 @@ from sara_nav.grids.collision import LocalWorld
 from sara_nav.grids.grid import INSCRIBED, UNKNOWN
 from sara_nav.planners.planning import PlanError
 from sara_slam.exploring.choice import Choice, Planner
-from sara_slam.exploring.cones import (
-    FREE_CELL,
-    UNKNOWN_CELL,
-    WALL_CELL,
-    heard_from,
-    warm,
-)
+from sara_slam.exploring.cones import FREE_CELL, UNKNOWN_CELL, WALL_CELL, heard_from, warm
 from sara_slam.exploring.frontiers import Frontier, cells_of, frontier_at
 from sara_slam.exploring.gains import Gains, Listening
 from sara_slam.exploring.ground import filled, large_patches, paste, with_obstacles
@@ -47,8 +41,8 @@ AGAIN = 0.5
 """What is still expected of a piece that has been faced once more."""
 MOVED_M, MOVED_RAD = 0.05, 0.1
 """Between two poses from which something is heard."""
-LEAST = 0.5
-"""m of border for which a place is driven to."""
+LEAST, LITTLE = 0.5, 0.25
+"""m of border for which a place is driven to; and where there is none that offers so much, before it is the end."""
 PACE = Pace(0.17, 0.35, 4.0)
 """What SARA takes while it maps. By a faster one it leaves a room before it is done with, and comes back."""
 THERE = 0.1
@@ -236,10 +230,14 @@ class Survey:
         worth, of_any = self._gains()
         detours = self._detours(ground, start, stands, ways)
         seconds, longer = (PACE.seconds_to(stands, of, start, THERE) for of in (0.5 * (ways + detours), detours))
-        fits = (listening.at_most(of_any) >= LEAST) & (longer <= left) & ~self._tried.hold(stands)
-        most = np.where(fits, listening.at_most(worth) / seconds, 0.0)
-        offers = listening.offers(islice(self._best(most, stands), COMPARED), worth, of_any, seconds)
-        offers = [offer for offer in offers if offer.gain >= LEAST]
+        fits = (longer <= left) & ~self._tried.hold(stands)
+        most, of_worth = listening.at_most(of_any), listening.at_most(worth) / seconds
+        for least in (LEAST,) if under_way else (LEAST, LITTLE):
+            best = self._best(np.where(fits & (most >= least), of_worth, 0.0), stands)
+            offers = listening.offers(islice(best, COMPARED), worth, of_any, seconds)
+            offers = [offer for offer in offers if offer.gain >= least]
+            if offers:
+                break
         if not offers:
             return self._again(planner, footprint, start) if self._rounds and not under_way else None
         for offer in offers[:TRIES]:
