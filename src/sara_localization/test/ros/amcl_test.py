@@ -169,6 +169,7 @@ class AmclTest(unittest.TestCase):
         self.waits_for_the_odometry_of_a_sweep_s_end()
         self.saves_its_pose()
         self.goes_on_without_a_master()
+        self.starts_at_no_half_pose_where_a_map_comes_while_one_is_saved()
         self.updates_at_rest()
         self.follows_a_scanner_that_is_turned()
         self.second_node_takes_its_map_from_the_topic()
@@ -229,12 +230,34 @@ class AmclTest(unittest.TestCase):
         wait_until(lambda: math.dist(saved()[:2], self.truth[:2]) < 0.4, 'the pose is not saved')
         self.assertTrue(0.0 < rospy.get_param('amcl/initial_cov_xx') < 0.05)
 
-    def goes_on_without_a_master(self):
+    @staticmethod
+    def bare_node(**amcl):
         node = object.__new__(AmclNode)
-        node.lock, node.last_odometry, node.config = threading.RLock(), Transform(), AmclConfig()
-        node.amcl = SimpleNamespace(belief=object(), map_from_odom=Transform())
+        node.lock, node.saving, node.known = threading.RLock(), threading.Lock(), {}
+        node.last_odometry, node.config = Transform(), AmclConfig()
+        node.amcl = SimpleNamespace(belief=object(), map_from_odom=Transform(), **amcl)
+        return node
+
+    def goes_on_without_a_master(self):
         with mock.patch('sara_localization.ros.amcl.node.save', side_effect=ConnectionRefusedError):
+            self.bare_node().save_pose()
+
+    def starts_at_no_half_pose_where_a_map_comes_while_one_is_saved(self):
+        begun, server = [], {}
+        node = self.bare_node(set_map=lambda map_: None, set_pose=lambda *pose: begun.append(pose))
+        takes = threading.Thread(target=node.take_map, args=(map_message(CELLS),))
+
+        def save(_pose, _belief):
+            server['initial_pose_x'] = 1.0
+            takes.start()
+            takes.join(0.3)  # it would have ended by now
+            server['initial_pose_y'] = 2.0
+
+        of_node = 'sara_localization.ros.amcl.node'
+        with mock.patch(f'{of_node}.save', save), mock.patch(f'{of_node}.saved', lambda: dict(server)):
             node.save_pose()
+            takes.join(20.0)
+        self.assertEqual((takes.is_alive(), begun), (False, []))
 
     def updates_at_rest(self):
         self.send()
