@@ -3,9 +3,11 @@
 
 import os
 import subprocess
+import sys
 import threading
 import time
 import unittest
+from pathlib import Path
 from socketserver import ThreadingMixIn
 from xmlrpc.client import ServerProxy
 from xmlrpc.server import SimpleXMLRPCServer
@@ -15,19 +17,13 @@ import rospy
 import rostest
 from diagnostic_msgs.msg import DiagnosticArray
 
+sys.path.append(str(Path(__file__).resolve().parent / 'support'))
+from pty_adapter import wait_until  # noqa: E402
+
 
 def publishers(topic):
     state = dict(rosgraph.Master('/start_test').getSystemState()[0])
     return state.get(topic, [])
-
-
-def wait_until(condition):
-    end = time.monotonic() + 20.0
-    while time.monotonic() < end:
-        if condition():
-            return True
-        time.sleep(0.1)
-    return False
 
 
 def wait_for(node, topic):

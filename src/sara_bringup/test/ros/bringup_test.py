@@ -1,7 +1,6 @@
 #!/usr/bin/env python3
 """sara.launch comes up whole and clean, and the simulated chair shares only its serial port with the stack."""
 
-import time
 import unittest
 
 import rosgraph
@@ -15,6 +14,7 @@ from nav_msgs.msg import Odometry
 from rosgraph_msgs.msg import Log
 from sensor_msgs.msg import Imu, Range
 
+from sara_bringup.ros.goals import until
 from sara_common.platforms import chosen
 
 NODES = {
@@ -43,10 +43,7 @@ class BringupTest(unittest.TestCase):
         rospy.sleep(1.0)
 
     def test_1_nodes_are_there(self):
-        end = time.monotonic() + PATIENCE_S
-        while NODES - set(rosnode.get_node_names()) and time.monotonic() < end:
-            time.sleep(0.1)
-        self.assertLessEqual(NODES, set(rosnode.get_node_names()))
+        until(lambda: set(rosnode.get_node_names()) >= NODES, 'all nodes', PATIENCE_S)
 
     def test_2_fused_pose_comes_at_50_hz_of_simulated_time(self):
         stamps = []

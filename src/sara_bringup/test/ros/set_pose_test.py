@@ -2,7 +2,6 @@
 """/set_pose at rest turns IMU, filter and tf together; a turn afterwards adds what the chair turned."""
 
 import math
-import time
 import unittest
 
 import actionlib
@@ -16,7 +15,7 @@ from move_base_msgs.msg import MoveBaseAction
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import Imu
 
-from sara_bringup.ros.goals import goal_at
+from sara_bringup.ros.goals import goal_at, until
 from sara_common.planar import wrap, yaw_of
 
 YAW = 1.0
@@ -61,9 +60,7 @@ class SetPoseTest(unittest.TestCase):
         message.pose.covariance = [1e-4 if k in (0, 7, 35) else 0.0 for k in range(36)]
         publisher.publish(message)
         rospy.sleep(1.0)
-        end = time.monotonic() + PATIENCE_S
-        while not self.all_have_turned() and time.monotonic() < end:
-            rospy.sleep(0.05)
+        until(self.all_have_turned, 'all have turned', PATIENCE_S)
         for _ in range(5):  # and it stays so
             self.assertAlmostEqual(self.yaw['imu'], YAW, delta=0.02)
             self.assertAlmostEqual(self.yaw['filtered'], YAW, delta=0.02)

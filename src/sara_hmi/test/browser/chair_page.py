@@ -40,6 +40,12 @@ class ChairPage(Page):
         self.chair.state['driver'] = SESSION
         self.until('sara.chair.isDriver && sara.connection.hasBeat')
 
+    def until_painted(self):
+        """Wait until the map is drawn, as far off as it is looked at from."""
+        self.until(
+            'sara.chair.image !== null && sara.current.view.fitted && document.getElementById("map").width > 300'
+        )
+
     def round_trip(self):
         """Wait until the page's timers have run a few times and all that it sent before has come to the fake chair."""
         self.driver.execute_async_script(

@@ -8,7 +8,6 @@ import pytest
 sys.path.append(str(Path(__file__).parent))
 from test_page import axe_source, check  # noqa: E402  pylint: disable=wrong-import-position
 
-PAINTED = 'sara.chair.image !== null && sara.current.view.fitted && document.getElementById("map").width > 300'
 COLOURS = (
     '(() => { const c = document.getElementById("map"); const d = c.getContext("2d").getImageData(0, 0, c.width,'
     ' c.height).data; let n = 0; for (let k = 0; k < d.length; k += 4)'
@@ -26,7 +25,7 @@ def tap(page, east, north):
 
 def begin(page):
     page.load('map')
-    page.until(PAINTED)
+    page.until_painted()
     page.click('[data-edit=begin]')
     page.until('!!document.querySelector("[data-edit=wall]")')
 
@@ -64,7 +63,7 @@ def test_by_keyboard_alone(page):
         page.key('Enter')
 
     page.load('map')
-    page.until(PAINTED)
+    page.until_painted()
     press('[data-edit=begin]')
     page.until('document.activeElement.dataset.edit === "wall"')
     press('[data-edit=keep_out]')
@@ -113,7 +112,7 @@ def test_any_edit_is_taken_back_from_the_list(page):
 
 def test_keep_out_places_are_hatched_on_the_map_of_everybody(page):
     page.load('map', role='look')
-    page.until(PAINTED)
+    page.until_painted()
     before = page.js(COLOURS)  # the arcs of the ranges are red, too
     page.chair.edits = [{'kind': 'keep_out', 'points': [[3, 3], [5, 4]]}]
     page.chair.send({'op': 'edits', 'edits': page.chair.edits})

@@ -5,7 +5,6 @@ import json
 import pytest
 
 SCREENS = ('go', 'drive', 'map', 'why', 'settings')
-PAINTED = 'sara.chair.image !== null && sara.current.view.fitted && document.getElementById("map").width > 300'
 
 
 def text(page, selector):
@@ -149,7 +148,7 @@ def test_the_end_of_a_goal_is_told_with_its_reason(page):
 
 def test_a_goal_is_marked_by_a_tap_turned_and_confirmed(page):
     page.load('map')
-    page.until(PAINTED)
+    page.until_painted()
     x, y = page.middle('#map')
     page.mouse('Pressed', x, y, held=True)
     page.mouse('Released', x, y)
@@ -177,7 +176,7 @@ def test_the_chair_s_pose_is_given_by_keyboard_alone(page):
 
 def test_the_map_is_zoomed_and_moved_by_buttons(page):
     page.load('map')
-    page.until(PAINTED)
+    page.until_painted()
     page.click('[data-mark=middle]')
     page.click('[data-use=unmark]')
     page.click('[data-look=closer]')
@@ -189,7 +188,7 @@ def test_the_map_is_zoomed_and_moved_by_buttons(page):
 
 def test_the_map_shows_walls_chair_plan_and_ranges(page):
     page.load('map')
-    page.until(PAINTED)
+    page.until_painted()
     page.until(
         '(() => { const c = document.getElementById("map");'
         ' const d = c.getContext("2d").getImageData(0, 0, c.width, c.height).data;'

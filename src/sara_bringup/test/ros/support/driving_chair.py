@@ -16,29 +16,29 @@ class DrivingChair(unittest.TestCase):
 
     @classmethod
     def setUpClass(cls):
-        cls.truth, cls.speeds = None, []
-        rospy.Subscriber('/ground_truth', Odometry, cls.hear, tcp_nodelay=True)
+        cls.truths = []
+        rospy.Subscriber('/ground_truth', Odometry, cls.truths.append, tcp_nodelay=True)
         rospy.wait_for_message('/imu/data', Imu)
         rospy.wait_for_message('/odometry/filtered', Odometry)
         rospy.wait_for_message('/ground_truth', Odometry)
 
-    @classmethod
-    def hear(cls, message):
-        """A truth; of each it is kept when it was, and how fast the chair."""
-        cls.truth = message
-        cls.speeds.append((message.header.stamp.to_sec(), abs(message.twist.twist.linear.x)))
+    @property
+    def truth(self):
+        """The newest one."""
+        return self.truths[-1]
 
     def speed(self):
         """True speed, m/s."""
-        return abs(self.truth.twist.twist.linear.x)
+        return _speed(self.truth)
 
     def now(self):
         """Time of the newest truth, s: the call of a service must not blur when the chair stopped."""
-        return self.truth.header.stamp.to_sec()
+        return _time(self.truth)
 
     def stood_at(self, since):
         """Time of the first truth from then on in which the chair stands, s; None before it comes."""
-        return next((t for t, speed in self.speeds if t >= since and speed < AT_REST), None)
+        stands = (_time(truth) for truth in self.truths if _time(truth) >= since and _speed(truth) < AT_REST)
+        return next(stands, None)
 
     def wait(self, condition, seconds, what):
         """Until condition() holds; the test fails after so many seconds."""
@@ -46,3 +46,11 @@ class DrivingChair(unittest.TestCase):
         while not condition():
             self.assertLess(rospy.get_time(), end, f'not within {seconds} s: {what}')
             rospy.sleep(0.01)
+
+
+def _time(truth):
+    return truth.header.stamp.to_sec()
+
+
+def _speed(truth):
+    return abs(truth.twist.twist.linear.x)
