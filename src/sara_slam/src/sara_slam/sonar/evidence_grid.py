@@ -124,7 +124,7 @@ def _going_on(config, heard, walls, pieces):
     fits = looked_through(config, heard, more, glances(config, heard, more), before) <= most
     ends = np.cumsum([len(wide), *map(len, runs)]).tolist()
     to_corners, beyond = np.split(np.column_stack((ends[:-1], ends[1:])), [len(corners)])
-    fits = _unbroken(fits, _crossed(before, more), to_corners)
+    fits = _unbroken(fits, _crossed(before, more[: ends[len(corners)]]), to_corners)
     others = np.concatenate((before, *(more[begin:end][fits[begin:end]] for begin, end in to_corners)))
     return more[_unbroken(fits, _crossed(others, more), beyond)]
 
